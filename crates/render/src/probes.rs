@@ -153,6 +153,24 @@ impl ProbeLayout {
     }
 }
 
+/// A grid of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct PlacedGrid {
+    pub place: GridPlace,
+    /// What its light is multiplied by.
+    pub scale: f32,
+    /// Which of the two lights of a live grid frames read.
+    pub light: usize,
+    /// How far its probes were moved along each axis at the most.
+    pub moved_m: Vec3,
+}
+
+/// How far probes that are on were moved along each axis at the most, in metres.
+pub(crate) fn moved_m(probes: &[Probe]) -> Vec3 {
+    let on = probes.iter().filter(|probe| probe.is_on);
+    on.fold(Vec3::ZERO, |most, probe| most.max(probe.offset_m.abs()).min(Vec3::splat(DISTANCE_MAX_M)))
+}
+
 /// The texels of a grid, as rectangles of half floats.
 #[derive(Debug)]
 pub(crate) struct GridTexels {
@@ -251,12 +269,10 @@ pub(crate) fn grid_texels(grid: &ProbeGrid, place: &GridPlace, probes: &[Probe],
 }
 
 impl ProbesUniform {
-    /// Of a grid whose texels lie behind a corner of the texture, and whose light, the one or the other, is multiplied by
-    /// `scale`.
-    pub(crate) fn new(grid: &ProbeGrid, place: &GridPlace, [x, y]: [u32; 2], (light, scale): (usize, f32)) -> Self {
+    /// Of a grid whose texels lie behind a corner of the texture.
+    pub(crate) fn new(grid: &ProbeGrid, [x, y]: [u32; 2], placed: &PlacedGrid) -> Self {
+        let PlacedGrid { place, scale, light, moved_m } = *placed;
         let spacing_m = grid.spacing_m();
-        let probes = grid.probes.iter().flat_map(|probes| probes.iter()).filter(|probe| probe.is_on);
-        let moved_m = probes.fold(Vec3::ZERO, |most, probe| most.max(probe.offset_m.abs()));
         let (half_m, per_fade_m) = fading_box(&grid.region, grid.fade_m);
         let corner = |[a, b]: [u32; 2]| Vec2::new((x + a) as f32, (y + b) as f32);
         let (of_light, of_distances) = (corner(place.light[light.min(1)]), corner(place.distances));

@@ -3,10 +3,12 @@
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::probes::{
-    GridPlace, PROBE_BASES, PROBE_GRIDS, ProbeLayout, ProbesUniform, ProbesUniforms, bases, grid_texels, unlit,
+    GridPlace, PROBE_BASES, PROBE_GRIDS, PlacedGrid, ProbeLayout, ProbesUniform, ProbesUniforms, bases, grid_texels,
+    moved_m, unlit,
 };
 use crate::shader::program::Constant;
 use bytemuck::Zeroable as _;
+use glam::Vec3;
 use half::f16;
 use manypass_scene::probes::{LiveProbes, Probe, ProbeGrid};
 use std::sync::Arc;
@@ -30,6 +32,8 @@ struct Written {
     live: Option<LiveProbes>,
     /// What its light was divided by.
     scale: f32,
+    /// How far its probes were moved along each axis at the most.
+    moved_m: Vec3,
     /// Which of the two lights of a live grid frames read.
     light: usize,
     /// How many of its probes frames have looked around, and around how many they still do.
@@ -45,16 +49,6 @@ pub(super) struct DueProbe {
     pub probe: usize,
 }
 
-/// A grid of a frame.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct PlacedGrid {
-    pub place: GridPlace,
-    /// What its light is multiplied by.
-    pub scale: f32,
-    /// Which of the two lights of a live grid frames read.
-    pub light: usize,
-}
-
 /// The grids of a frame.
 #[derive(Clone, Debug)]
 pub(super) struct PlacedProbes {
@@ -68,14 +62,15 @@ impl PlacedProbes {
     fn new(grids: &[&ProbeGrid], corner: [u32; 2], placed: Vec<PlacedGrid>) -> Self {
         let mut uniforms = ProbesUniforms::zeroed();
         for (uniform, (grid, of)) in uniforms.iter_mut().zip(grids.iter().zip(&placed)) {
-            *uniform = ProbesUniform::new(grid, &of.place, corner, (of.light, of.scale));
+            *uniform = ProbesUniform::new(grid, corner, of);
         }
         Self { uniforms, bases: bases(grids), grids: placed }
     }
 
     /// Of a frame that is planned only.
     pub fn of_plan(layout: &ProbeLayout, grids: &[&ProbeGrid]) -> Self {
-        let placed = layout.places.iter().map(|place| PlacedGrid { place: *place, scale: 1.0, light: 0 });
+        let of_place = |place: &GridPlace| PlacedGrid { place: *place, scale: 1.0, light: 0, moved_m: Vec3::ZERO };
+        let placed = layout.places.iter().map(of_place);
         Self::new(grids, [0, 0], placed.collect())
     }
 
@@ -95,9 +90,9 @@ impl PlacedProbes {
 }
 
 /// Where a probe is, and by how much it was moved, as the light that was found beforehand has it; none if it is off.
-pub(super) fn place_of(grid: &ProbeGrid, probe: usize) -> Option<(glam::Vec3, glam::Vec3)> {
+pub(super) fn place_of(grid: &ProbeGrid, probe: usize) -> Option<(Vec3, Vec3)> {
     let known = grid.probes.as_ref().and_then(|probes| probes.get(probe));
-    let offset_m = known.map_or(glam::Vec3::ZERO, |known| known.offset_m);
+    let offset_m = known.map_or(Vec3::ZERO, |known| known.offset_m);
     known.is_none_or(|known| known.is_on).then(|| (grid.place(probe) + offset_m, offset_m))
 }
 
@@ -234,16 +229,18 @@ impl ProbeTexels {
                     probes: grid.probes.clone(),
                     live: grid.live,
                     scale: texels.scale,
+                    moved_m: grid.probes.as_ref().map_or(Vec3::ZERO, |probes| moved_m(probes)),
                     light: 0,
                     done: 0,
                     left: grid.count() * bounces,
                 });
             }
         }
-        let placed = self.written.iter().zip(&layout.places);
-        let placed =
-            placed.map(|(written, place)| PlacedGrid { place: *place, scale: written.scale, light: written.light });
-        PlacedProbes::new(grids, corner, placed.collect())
+        let placed = |(written, place): (&Written, &GridPlace)| {
+            let Written { scale, light, moved_m, .. } = *written;
+            PlacedGrid { place: *place, scale, light, moved_m }
+        };
+        PlacedProbes::new(grids, corner, self.written.iter().zip(&layout.places).map(placed).collect())
     }
 }
 
