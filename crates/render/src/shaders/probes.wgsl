@@ -138,11 +138,11 @@ fn lowest_bit(bits: u32) -> u32 {
     return u32(log2(f32(bits & (~bits + 1u))) + 0.5);
 }
 
-// A bit for each corner of a cell whose probe is not behind a surface in any case; all where all are. `to_first` goes from the
-// surface to where the first of them is if it was not moved.
-fn corners_before(grid: ProbeGrid, to_first: vec3f, normal: vec3f) -> u32 {
+// A bit for each corner of a cell whose probe is not behind a surface in any case; all where all are. `first_m` is how far the
+// first of them is before it, if it was not moved.
+fn corners_before(grid: ProbeGrid, first_m: f32, normal: vec3f) -> u32 {
     let along = normal * grid.spacing.xyz;
-    let near_m = dot(to_first, normal) + vec4f(0.0, along.x, along.y, along.x + along.y);
+    let near_m = first_m + vec4f(0.0, along.x, along.y, along.x + along.y);
     let limit_m = vec4f(-0.5 / grid.inverse.w - dot(abs(normal), grid.moved.xyz));
     let bits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), near_m > limit_m)
         | select(vec4u(0u), vec4u(16u, 32u, 64u, 128u), near_m + along.z > limit_m);
@@ -158,8 +158,11 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: 
     let along = place - before;
     var weights: array<f32, 8>;
     var all = 0.0;
+    // Beside the outermost probes as if the surface were between them: the corners beyond have no share.
+    let to_first = grid.first.xyz + before * grid.spacing.xyz - position_world;
+    let first_m = max(dot(to_first, normal), -dot(along * grid.spacing.xyz, normal));
     // Those whose weights are not known yet: software adapters run every branch, but end loops.
-    var unknown = corners_before(grid, grid.first.xyz + before * grid.spacing.xyz - position_world, normal);
+    var unknown = corners_before(grid, first_m, normal);
     for (var i = 0u; i < 8u; i++) {
         if unknown == 0u {
             break;
