@@ -59,9 +59,11 @@ fn parts_of(grids: &[&ProbeGrid], due: &[DueProbe], is_apart: bool, request: &Fr
 fn light_of(scene: &Scene, scene_version: u64, request: &FrameRequest) -> u64 {
     let mut hasher = DefaultHasher::new();
     hasher.write_u64(scene_version);
+    let layers = scene.probes.iter().filter_map(|grid| grid.live).fold(0, |all, live| all | live.layers);
     for node in &scene.nodes {
-        // Where cameras are changes no light.
-        if node.camera.is_some() {
+        // Where cameras are changes no light, nor does what no probe sees and what casts no shadow.
+        let is_seen = node.mesh.is_none() || node.layers & layers != 0 || node.casts_shadow;
+        if node.camera.is_some() || !is_seen {
             continue;
         }
         (node.mesh, node.light, node.layers, node.is_visible).hash(&mut hasher);

@@ -812,6 +812,8 @@ fn probes_stand_in_boxes_or_all_over_the_model() {
     let [hall, other] = &scene.probes[..] else { panic!("{:?}", scene.probes) };
     assert_eq!((hall.name.as_str(), hall.counts, hall.fade_m), ("hall", [4, 2, 3], 0.5));
     assert_eq!((other.name.as_str(), other.counts, other.basis.name()), ("probes", [3, 3, 5], "ambient-cube"));
+    // Without light that was found beforehand frames find it.
+    assert_eq!(hall.live, Some(crate::probes::LiveProbes::default()));
     // A file's light of the same name is taken where it is of the same places.
     let mut baked = model();
     let probes = Some(std::sync::Arc::new(vec![crate::probes::Probe::default(); hall.count()]));
@@ -821,6 +823,12 @@ fn probes_stand_in_boxes_or_all_over_the_model() {
         let scene = applied(&format!("{of_hall}{counts}\n"), baked.clone()).unwrap();
         assert_eq!((scene.probes.len(), scene.probes[0].fade_m), (1, 0.1));
         assert_eq!(scene.probes[0].probes.is_some(), has_light, "{counts}");
+        assert_eq!(scene.probes[0].live.is_none(), has_light, "{counts}");
+        let scene =
+            applied(&format!("{of_hall}{counts}\nlive = true\nbounces = 5\nlayers = [1]\n"), baked.clone()).unwrap();
+        assert_eq!(scene.probes[0].live, Some(crate::probes::LiveProbes { bounces: 5, layers: 2 }), "{counts}");
+        let scene = applied(&format!("{of_hall}{counts}\nlive = false\n"), baked.clone()).unwrap();
+        assert_eq!((scene.probes[0].probes.is_some(), scene.probes[0].live), (has_light, None), "{counts}");
     }
     for (text, expected) in [
         ("center = [0, 0, 0]\n", "3:10: error: a box has a middle and a size"),
@@ -831,6 +839,9 @@ fn probes_stand_in_boxes_or_all_over_the_model() {
         ),
         ("center = [0, 0, 0]\nsize_m = [9, 9, 9]\nspacing_m = 0.01\n", "5:13: error: 901 x 901 x 901 probes"),
         ("counts = [1, 1, 1]\nspacing_m = 2\n", "4:13: error: `counts` says already"),
+        ("live = false\nbounces = 2\n", "4:11: error: `bounces` is of probes whose light frames find"),
+        ("bounces = 1.5\n", "3:11: error: `bounces` is a whole number"),
+        ("bounces = 9\n", "3:11: error:"),
         ("center = [0, 0, 0]\nsize_m = [1, 1, 1]\n[[probes]]\n", "5:1: error: two grids of probes are called `probes`"),
     ] {
         let text = format!("[[probes]]\n{text}");
