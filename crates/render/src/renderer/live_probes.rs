@@ -9,11 +9,10 @@ use crate::constants::PROBE_FACE_SIDE;
 use crate::environment::lobe::FACES;
 use crate::passes::probe_capture::CapturedProbe;
 use crate::probes::known;
-use crate::request::{FrameRequest, RenderError, SceneDefaults};
+use crate::request::{FrameRequest, RenderError};
 use crate::setting::Switch;
 use manypass_scene::Scene;
 use manypass_scene::probes::ProbeGrid;
-use std::cell::LazyCell;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 /// Around so many probes a frame looks that a still has before its first.
@@ -114,7 +113,7 @@ impl Renderer {
         request: &FrameRequest,
         progress: &mut dyn FnMut(usize, usize) -> bool,
     ) -> Result<(), RenderError> {
-        let defaults = LazyCell::new(|| SceneDefaults::of(scene));
+        let defaults = std::cell::LazyCell::new(|| crate::request::SceneDefaults::of(scene));
         let request = request.resolved_by(&defaults);
         self.computed.follow(std::iter::once(&request.settings.environment));
         pollster::block_on(self.light_probes(scene, &request, progress))
