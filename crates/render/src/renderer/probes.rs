@@ -183,6 +183,14 @@ impl ProbeTexels {
         self.written.iter().any(|written| written.left > 0)
     }
 
+    /// Of a grid among the known ones where its texels lie, which of its two lights frames read, and what that is multiplied
+    /// by; none where it is not on the device.
+    pub fn placed(&self, grids: &[&ProbeGrid], at: usize) -> Option<PlacedGrid> {
+        let (written, place) = (self.written.get(at)?, self.layout.places.get(at)?);
+        let is_there = grids.get(at).is_some_and(|grid| written.is_of(grid));
+        is_there.then_some(PlacedGrid { place: *place, scale: written.scale, light: written.light })
+    }
+
     /// Begins anew: light is that which the grids bring.
     pub fn forget(&mut self) {
         self.written.clear();
