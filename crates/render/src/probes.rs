@@ -1,5 +1,9 @@
 //! Grids of probes: where their texels lie, what they hold, and what shaders know of them (`probes.wgsl`).
 
+mod read;
+
+pub(crate) use read::read_probe;
+
 use crate::constants::{PROBE_DISTANCE_SIDE, PROBE_TEXELS};
 use crate::octahedral::octahedral_from_direction;
 use crate::surroundings::fading_box;

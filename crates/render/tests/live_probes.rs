@@ -300,6 +300,26 @@ fn finding_light_can_be_followed_and_stopped() {
     assert_eq!(shown, radiance(&mut common::renderer(), &scene, &request));
 }
 
+#[test]
+fn what_frames_found_can_be_read_and_drawn_as_baked() {
+    for basis in [ProbeBasis::Harmonics, ProbeBasis::AmbientCube] {
+        let mut renderer = renderer();
+        let (mut scene, request, _) = lit_room(2);
+        scene.probes[0].basis = basis;
+        assert_eq!(renderer.read_probes(&scene, 0).unwrap(), None, "nothing was found of this grid");
+        renderer.find_probe_light(&scene, &request, &mut |_, _| true).unwrap();
+        let found = renderer.read_probes(&scene, 0).unwrap().unwrap();
+        assert_eq!((found.len(), renderer.read_probes(&scene, 1).unwrap()), (scene.probes[0].count(), None));
+        let of_live = radiance(&mut renderer, &scene, &request);
+        scene.probes[0].live = None;
+        scene.probes[0].probes = Some(found.into());
+        let of_kept = radiance(&mut renderer, &scene, &request);
+        assert!(mean(&of_live) > 0.05);
+        let off = of_live.iter().zip(&of_kept).map(|(a, b)| (*a - *b).abs().max_element()).fold(0f32, f32::max);
+        assert!(off < 0.005 * mean(&of_live), "{basis:?}: {off}");
+    }
+}
+
 /// A floor from a bright room, at x below 0, to a dark one.
 #[test]
 fn probes_find_out_that_light_does_not_come_through_walls() {

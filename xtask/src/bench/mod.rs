@@ -2,6 +2,7 @@
 //! one that brute force draws.
 
 mod antialiasing;
+mod baking;
 mod baseline;
 mod captures;
 mod decals;
@@ -95,6 +96,7 @@ impl Bench<'_> {
             (TableName::Decals, _) => decals::print(self),
             (TableName::Simulations, _) => simulations::print(self),
             (TableName::Environment, _) => environment::print(self),
+            (TableName::Baking, _) => baking::print(self),
             (TableName::Baseline, Some(other)) => baseline::print(self, other),
             (TableName::Baseline, None) => Ok(()),
         }

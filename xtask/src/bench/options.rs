@@ -26,6 +26,8 @@ Tables:
   environment  prefiltering a picture of 2048x1024, having it from a cache, and the studio
   antialiasing  ways of anti-aliasing and of upscaling at 480x270 against stills of 64 samples, over a move of 60 frames through
             the demo hall and around a skinned figure; every sixth frame is compared, or all with --all-frames
+  baking    light by rays and by pictures at equal error: a probe and a texel of the Cornell box; and frames of the hall with
+            baked probes and light maps, beside frames without
   baseline  ours and the program of --baseline in turns, on 16 and 1,024 lights
 
 A cell counts only if its picture is that of brute force, which visits every light for every pixel. Otherwise it says
@@ -63,11 +65,12 @@ pub(crate) enum TableName {
     Simulations,
     Environment,
     Antialiasing,
+    Baking,
     Baseline,
 }
 
 impl TableName {
-    const ALL: [(&str, Self); 14] = [
+    const ALL: [(&str, Self); 15] = [
         ("graph", Self::Graph),
         ("ways", Self::Ways),
         ("shadows", Self::Shadows),
@@ -81,6 +84,7 @@ impl TableName {
         ("simulations", Self::Simulations),
         ("environment", Self::Environment),
         ("antialiasing", Self::Antialiasing),
+        ("baking", Self::Baking),
         ("baseline", Self::Baseline),
     ];
 

@@ -7,12 +7,15 @@ use super::surroundings::{FrameSurroundings, side_request};
 use super::{Purpose, Renderer};
 use crate::constants::PROBE_FACE_SIDE;
 use crate::environment::lobe::FACES;
+use crate::gpu::readback;
 use crate::passes::probe_capture::CapturedProbe;
-use crate::probes::known;
+use crate::probes::{known, read_probe};
 use crate::request::{FrameRequest, RenderError};
 use crate::setting::Switch;
+use glam::Vec4;
+use half::f16;
 use manypass_scene::Scene;
-use manypass_scene::probes::ProbeGrid;
+use manypass_scene::probes::{Probe, ProbeGrid};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 /// Around so many probes a frame looks that a still has before its first.
@@ -117,6 +120,39 @@ impl Renderer {
         let request = request.resolved_by(&defaults);
         self.computed.follow(std::iter::once(&request.settings.environment));
         pollster::block_on(self.light_probes(scene, &request, progress))
+    }
+
+    /// What the probes of a grid of the scene know as frames read them, in the order of the grid: those that frames have found
+    /// ([`Self::find_probe_light`]), which may be kept and drawn as if they had been baked, or those that the grid brought. None
+    /// where it is not on the device. `scene` is that of the last frame.
+    ///
+    /// # Errors
+    /// The device was lost.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn read_probes(&self, scene: &Scene, grid: usize) -> Result<Option<Vec<Probe>>, RenderError> {
+        pollster::block_on(self.read_probes_async(scene, grid))
+    }
+
+    /// As [`Self::read_probes`], where waiting is not possible.
+    ///
+    /// # Errors
+    /// As [`Self::read_probes`].
+    pub async fn read_probes_async(&self, scene: &Scene, grid: usize) -> Result<Option<Vec<Probe>>, RenderError> {
+        let (grids, state) = (known(scene, true), &self.surroundings);
+        let Some(grid) = scene.probes.get(grid) else { return Ok(None) };
+        let at = grids.iter().position(|known| std::ptr::eq(*known, grid));
+        let placed = at.and_then(|at| state.probes.placed(&grids, at));
+        let (Some(placed), Some((texture, [left, top]))) = (placed, state.texels()) else { return Ok(None) };
+        let bytes = readback::read_texture(&self.gpu, texture).await?;
+        // Half floats, four a texel.
+        let texel = |x: u32, y: u32| {
+            let first = ((top + y) as usize * texture.width() as usize + (left + x) as usize) * 8;
+            let half = |at: usize| f16::from_le_bytes([bytes[first + 2 * at], bytes[first + 2 * at + 1]]);
+            Vec4::from_array(std::array::from_fn(|at| half(at).to_f32()))
+        };
+        let probe =
+            |index: usize| read_probe(grid, placed.place.of_probe(grid, index, placed.light), placed.scale, texel);
+        Ok(Some((0..grid.count()).map(probe).collect()))
     }
 
     /// Finds the light of live probes for a still, unless it is known: as often as their grids say, each time in the light that

@@ -113,6 +113,11 @@ fn in_turn(done: usize, count: usize) -> usize {
 }
 
 impl Written {
+    fn placed(&self, place: &GridPlace) -> PlacedGrid {
+        let Self { scale, light, moved_m, .. } = *self;
+        PlacedGrid { place: *place, scale, light, moved_m }
+    }
+
     fn is_of(&self, grid: &ProbeGrid) -> bool {
         let has_same = match (&self.probes, &grid.probes) {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
@@ -178,6 +183,13 @@ impl ProbeTexels {
         self.written.iter().any(|written| written.left > 0)
     }
 
+    /// Of a grid among the known ones where its texels lie, and what is known of them; none where it is not on the device.
+    pub fn placed(&self, grids: &[&ProbeGrid], at: usize) -> Option<PlacedGrid> {
+        let (written, place) = (self.written.get(at)?, self.layout.places.get(at)?);
+        let is_there = grids.get(at).is_some_and(|grid| written.is_of(grid));
+        is_there.then(|| written.placed(place))
+    }
+
     /// Begins anew: light is that which the grids bring.
     pub fn forget(&mut self) {
         self.written.clear();
@@ -236,11 +248,8 @@ impl ProbeTexels {
                 });
             }
         }
-        let placed = |(written, place): (&Written, &GridPlace)| {
-            let Written { scale, light, moved_m, .. } = *written;
-            PlacedGrid { place: *place, scale, light, moved_m }
-        };
-        PlacedProbes::new(grids, corner, self.written.iter().zip(&layout.places).map(placed).collect())
+        let placed = self.written.iter().zip(&layout.places).map(|(written, place)| written.placed(place));
+        PlacedProbes::new(grids, corner, placed.collect())
     }
 }
 

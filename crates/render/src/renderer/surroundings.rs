@@ -139,6 +139,11 @@ impl SurroundingsState {
         }
     }
 
+    /// The texture of all tiles, and where the texels of probes begin in it.
+    pub fn texels(&self) -> Option<(&wgpu::Texture, [u32; 2])> {
+        self.texture.as_ref().map(|tiles| (tiles.view.texture(), tiles.atlas.probes))
+    }
+
     /// Nothing is known to be there any more.
     pub fn clear(&mut self) {
         *self = Self::default();
@@ -404,7 +409,8 @@ fn create(gpu: &Gpu, atlas: &Atlas) -> wgpu::TextureView {
         format: ENVIRONMENT_FORMAT,
         usage: wgpu::TextureUsages::TEXTURE_BINDING
             | wgpu::TextureUsages::RENDER_ATTACHMENT
-            | wgpu::TextureUsages::COPY_DST,
+            | wgpu::TextureUsages::COPY_DST
+            | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
     texture.create_view(&Default::default())

@@ -60,6 +60,11 @@ impl Harmonics {
         std::array::from_fn(|at| self.0[at] * (SCALES[at] * COSINE[ORDERS[at]]))
     }
 
+    /// The light that has such a polynomial.
+    pub fn of_irradiance_polynomial(polynomial: &[Vec3; 9]) -> Self {
+        Self(std::array::from_fn(|at| polynomial[at] / (SCALES[at] * COSINE[ORDERS[at]])))
+    }
+
     /// Irradiance divided by π on a surface with a unit normal: what a white surface sends back. Not below 0.
     pub fn irradiance(&self, normal: Vec3) -> Vec3 {
         self.unbounded(normal).max(Vec3::ZERO)
