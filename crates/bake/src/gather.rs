@@ -63,12 +63,13 @@ impl Sums {
     fn mean(self, count: u32) -> Mean {
         let [even, odd] = self.halves;
         let sum = even + odd;
-        if !sum.is_finite() || !self.moment.is_finite() {
+        if !sum.is_finite() {
             return Mean::default();
         }
+        let moment = if self.moment.is_finite() { self.moment } else { Vec3::ZERO };
         let apart = luminance(even - odd) / count as f32;
         let variance = if count > 1 { apart * apart } else { 0.0 };
-        Mean { value: sum / count as f32, variance, moment: self.moment / count as f32 }
+        Mean { value: sum / count as f32, variance, moment: moment / count as f32 }
     }
 }
 

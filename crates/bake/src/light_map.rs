@@ -172,8 +172,7 @@ impl<'a> Baker<'a> {
         let mut hasher = DefaultHasher::new();
         hasher.write(env!("CARGO_PKG_VERSION").as_bytes());
         hasher.write_u32(VERSION);
-        // Files that were baked before there were directions are still up to date.
-        hasher.write(format!("{:?}", self.settings).replace(" directional: false,", "").as_bytes());
+        hasher.write(format!("{:?}", self.settings).as_bytes());
         self.surfaces.hash_into(&mut hasher);
         self.emitters.hash_into(&mut hasher);
         hasher.finish()
@@ -231,6 +230,7 @@ impl<'a> Baker<'a> {
         progress: &dyn Progress,
         keeper: &dyn Keeper,
     ) -> Result<Vec<[f32; N]>, BakeError> {
+        const { assert!(DIRECT == N + 4 && BOUNCE == N + 1) };
         let count = self.layout.texel_count();
         let padding = self.settings.layout.padding;
         let (mut sum, mut source, mut variance) =

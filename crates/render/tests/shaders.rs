@@ -110,7 +110,7 @@ fn every_loop_counts_up_to_a_bound_that_stays() {
 fn values_of(name: &str) -> std::ops::RangeInclusive<u32> {
     match name {
         "curve" | "shown" => 0..=5,
-        "blending" | "lights_of" | "reflectance_model" | "sun_count" | "probe_bases" => 0..=2,
+        "blending" | "lights_of" | "reflectance_model" | "sun_count" | "probe_bases" | "directed_light" => 0..=2,
         "probe_grids" => 0..=4,
         "light_classes" => 0..=63,
         "side" => 1..=4,

@@ -75,10 +75,10 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
         }
         ImageSource::Light { image, encoding, direction } => {
             let light = decode_light(scene, (image, encoding), (limits, direction.is_some()), &mut warnings);
-            let chain = light.map(|light| match direction {
+            let chain = light.map(|(light, of_file)| match direction {
                 Some(direction) => {
-                    let size = (light.width, light.height);
-                    baked::with_directions(light, decode_directions(scene, direction, size, &mut warnings))
+                    let sizes = (of_file, (light.width, light.height));
+                    baked::with_directions(light, decode_directions(scene, direction, sizes, &mut warnings))
                 }
                 None => baked::mip_chain(light),
             });
@@ -173,7 +173,7 @@ fn decode_light(
     (image, encoding): (usize, LightEncoding),
     (limits, has_directions): (Limits, bool),
     warnings: &mut Vec<String>,
-) -> Option<HalfFloats> {
+) -> Option<(HalfFloats, (u32, u32))> {
     let source = scene.images.get(image)?;
     let name = &source.name;
     let light = match (source.holds_light(), encoding) {
@@ -196,14 +196,16 @@ fn decode_light(
     }
     let halves = if has_directions { 2 } else { 1 };
     warnings.extend(halving_warning(image, name, (light.width, halves * light.height), limits.side));
-    Some(baked::limited(light, limits.side_max(), halves))
+    let size = (light.width, light.height);
+    // Who wants less means the light; the adapter means both halves.
+    Some((baked::limited(baked::limited(light, limits.side_max(), 1), limits.side, halves), size))
 }
 
-/// Where light comes from, in the size of the light; none, with a warning, if that cannot be decoded.
+/// Where light comes from, in the size that the light has, which is another one in its file; none, with a warning, if that cannot be decoded.
 fn decode_directions(
     scene: &Scene,
     image: usize,
-    (width, height): (u32, u32),
+    (of_light, (width, height)): ((u32, u32), (u32, u32)),
     warnings: &mut Vec<String>,
 ) -> Option<Pixels> {
     let source = scene.images.get(image)?;
@@ -217,8 +219,8 @@ fn decode_directions(
         }
     };
     warnings.extend(color_warning(scene, image, false));
-    if (pixels.width, pixels.height) != (width, height) {
-        let (from_width, from_height) = (pixels.width, pixels.height);
+    if (pixels.width, pixels.height) != of_light {
+        let ((from_width, from_height), (width, height)) = ((pixels.width, pixels.height), of_light);
         warnings.push(format!(
             "image {image} `{name}`: directions of {from_width}x{from_height} are made as large as their light, {width}x{height}"
         ));

@@ -43,7 +43,7 @@ struct LayerFactors {
 
 // The layers that there are, by the bits of `constants.rs`, and below these the maps, by the order of `LayerMap`.
 override material_layers: u32 = 0u;
-// 1 if the lower half of the light map holds where the light of its upper half comes from.
+// 1 if the lower half of the light map holds where the light of its upper half comes from; 2 if a normal bends it, too.
 override directed_light: u32 = 0u;
 
 const MAP_SPECULAR: u32 = 0u;
@@ -132,11 +132,7 @@ fn color_map(in: SurfaceVarying, map: u32) -> vec4f {
 // the cosine, and goes by (1 + m·d) / 2. In between it is a line; the less light has one direction, the less is bent.
 fn bent_light_share(direction: vec3f, vertex: vec3f, bent: vec3f) -> f32 {
     let k = length(direction);
-    // Bytes tell directions apart by 1/127: less than that has none.
-    if k < 1.0 / 64.0 {
-        return 1.0;
-    }
-    let to_light = direction / k;
+    let to_light = direction / max(k, 1e-6);
     let ambient = 3.0 * max(1.0 - k, 0.0);
     // Light that grazes `vertex` may come to what is bent towards it many times over; but bytes and the filter then
     // decide by how much, so that it ends at four times, which is a light 14 degrees above the horizon met head-on.
@@ -144,7 +140,8 @@ fn bent_light_share(direction: vec3f, vertex: vec3f, bent: vec3f) -> f32 {
     let share = clamp((ambient + dot(bent, to_light)) / max(ambient + height, 1e-3), 0.0, 4.0);
     // No light comes from below the mesh: a texel that says so is of another surface beside this one, for which it is too
     // coarse. Nothing is known of light on this one but how much it is; over 4 degrees what is known fades in.
-    return mix(1.0, share, clamp(16.0 * height, 0.0, 1.0));
+    // And bytes tell directions apart by 1/127: light that comes from everywhere alike has none that is to be trusted.
+    return mix(1.0, share, clamp(16.0 * height, 0.0, 1.0) * clamp(8.0 * k - 0.125, 0.0, 1.0));
 }
 
 // What a white surface sends back of light that was baked about the mesh's normal `vertex`, where its normal is `bent`.
@@ -154,12 +151,15 @@ fn baked_light(in: SurfaceVarying, vertex: vec3f, bent: vec3f) -> vec3f {
     let uv = placed_uv(in.uv, 1.0, row0, row1);
     if directed_light != 0u {
         // Half a texel inside each half, so that the filter mixes nothing of the other one. There are no mips.
-        let margin = 1.0 / f32(textureDimensions(light_map_texture).y);
-        let upper = vec2f(uv.x, 0.5 * clamp(uv.y, margin, 1.0 - margin));
-        let light = textureSampleLevel(light_map_texture, light_map_sampler, upper, 0.0).rgb;
+        let margin = vec2f(0.5, 1.0) / vec2f(textureDimensions(light_map_texture));
+        let upper = clamp(uv, margin, 1.0 - margin) * vec2f(1.0, 0.5);
+        let light = textureSampleLevel(light_map_texture, light_map_sampler, upper, 0.0).rgb * layer_factors.detail.y;
+        if directed_light == 1u {
+            return light;
+        }
         let lower = upper + vec2f(0.0, 0.5);
         let direction = textureSampleLevel(light_map_texture, light_map_sampler, lower, 0.0).xyz;
-        return light * (layer_factors.detail.y * bent_light_share(direction, vertex, bent));
+        return light * bent_light_share(direction, vertex, bent);
     }
     @if(relief) {
         let sharper = exp2(-view.mip_gain);

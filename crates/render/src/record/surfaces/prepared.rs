@@ -20,7 +20,7 @@ use std::sync::Arc;
 /// The constant of `layer_maps.wgsl` that says which layers and details a material has.
 const MATERIAL_LAYERS: &str = "material_layers";
 
-/// The constant of `layer_maps.wgsl` by which normals bend light that was baked.
+/// The constant of `layer_maps.wgsl` that says how light that was baked is read.
 const DIRECTED_LIGHT: &str = "directed_light";
 
 /// So many of the world's items make a chunk: those that are culled together.
@@ -92,8 +92,8 @@ pub(super) struct Preparing<'p, 'f> {
 /// What draws of a pass bind, each once.
 pub(super) struct BoundShapes {
     by_shape: Vec<Option<u32>>,
-    /// Of what has layers, by their bits and by whether normals bend baked light, too.
-    by_layers: HashMap<(usize, u32, bool), u32>,
+    /// Of what has layers, by their bits and by how baked light is read, too.
+    by_layers: HashMap<(usize, u32, u32), u32>,
     all: Vec<Arc<Bound>>,
 }
 
@@ -137,7 +137,7 @@ impl Preparing<'_, '_> {
                 Shape::of(item, &Draw { is_decaled, ..draw.clone() }, is_reflected, layers, tests_alpha)
             };
             let (place, layers) = (shape.index(), shape.layers);
-            let of_layers = (place, layers, shape.directs_light);
+            let of_layers = (place, layers, shape.directed_light);
             let known = if layers == 0 { by_shape[place] } else { by_layers.get(&of_layers).copied() };
             let bound = match known {
                 Some(bound) => bound,
@@ -178,7 +178,7 @@ impl Preparing<'_, '_> {
     }
 
     fn bind(&self, shape: Shape, special: Special) -> Result<Bound, ProgramError> {
-        let Shape { axes, topology, faces, mirrored, layers, directs_light, fades, is_decaled } = shape;
+        let Shape { axes, topology, faces, mirrored, layers, directed_light, fades, is_decaled } = shape;
         let mut targets = self.targets.clone();
         if !is_decaled {
             targets.constants.retain(|(name, _)| *name != DECALS);
@@ -194,8 +194,8 @@ impl Preparing<'_, '_> {
             _ if topology == Topology::Points => of_points(self.program)?,
             Some(special) => {
                 targets.constants.push((MATERIAL_LAYERS, layers));
-                if directs_light {
-                    targets.constants.push((DIRECTED_LIGHT, 1));
+                if directed_light > 0 {
+                    targets.constants.push((DIRECTED_LIGHT, directed_light));
                 }
                 special
             }

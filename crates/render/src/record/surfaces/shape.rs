@@ -14,8 +14,8 @@ pub(super) struct Shape {
     pub mirrored: bool,
     /// The bits of layers, if the program is another one where a material has some.
     pub layers: u32,
-    /// Whether normals bend baked light. Only of what has layers.
-    pub directs_light: bool,
+    /// How baked light is read, as `directed_light` of `layer_maps.wgsl` says it. Only of what has layers.
+    pub directed_light: u32,
     /// Whether two levels fade into each other.
     pub fades: bool,
     /// Whether decals are shown on it.
@@ -76,7 +76,7 @@ impl Shape {
             faces,
             mirrored: item.mirrored,
             layers,
-            directs_light: false,
+            directed_light: 0,
             fades: false,
             is_decaled: false,
         }
@@ -88,8 +88,11 @@ impl Shape {
         let Draw { faces, fades, form, is_decaled, .. } = *draw;
         let axes = item.axes_in(form.surface) | if tests_alpha { MASKED } else { 0 };
         let bends = axes & NORMAL_MAP != 0 || layers & BENDS != 0 || is_decaled;
-        let directs_light = item.has_light_directions && layers & LAYER_LIGHT_MAP != 0 && bends;
-        Self { axes, topology: item.topology, faces, mirrored, layers, directs_light, fades, is_decaled }
+        let directed_light = match item.has_light_directions && layers & LAYER_LIGHT_MAP != 0 {
+            true => 1 + u32::from(bends),
+            false => 0,
+        };
+        Self { axes, topology: item.topology, faces, mirrored, layers, directed_light, fades, is_decaled }
     }
 
     pub fn index(&self) -> usize {
