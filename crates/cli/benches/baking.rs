@@ -1,5 +1,5 @@
 //! What light costs that is found by rays and by pictures of the frame, at equal error, in the Cornell box:
-//! `cargo bench -p manypass --bench baking`, with `-- --json` for one line of JSON.
+//! `cargo bench -p manypass-cli --bench baking`, with `-- --json` for one line of JSON.
 
 use glam::{Mat4, Vec2, Vec3};
 use manypass::{Averaging, Background, Environment, FrameRequest, Gpu, Renderer, Switch, View};
