@@ -30,7 +30,7 @@ pub(crate) const PROBE_BASES: &str = "probe_bases";
 const LARGEST: f32 = 32_768.0;
 
 /// Distances and offsets are so large at the most, in metres.
-const DISTANCE_MAX_M: f32 = 60_000.0;
+pub(crate) const DISTANCE_MAX_M: f32 = 60_000.0;
 
 /// As `ProbeGrid` of `probes.wgsl`; a test compares the two layouts.
 #[repr(C)]

@@ -280,6 +280,25 @@ fn a_live_view_finds_light_by_turns_and_again_when_something_moves() {
     let again = radiance(&mut renderer, &scene, &request);
     assert_eq!(again, of_still);
     assert_eq!(radiance(&mut common::renderer(), &scene, &request), of_still);
+    assert_eq!(radiance(&mut other, &scene, &request), of_still, "after a live view");
+}
+
+#[test]
+fn grids_that_are_others_have_other_light() {
+    let mut renderer = renderer();
+    let (mut scene, request, _) = lit_room(1);
+    let changes: [fn(&mut Scene); 4] = [
+        |scene| scene.probes[0].region.center_world.x += 0.4,
+        |scene| scene.probes[0].basis = ProbeBasis::AmbientCube,
+        |scene| scene.probes.insert(0, live([2, 1, 1], 0.4)),
+        |scene| scene.probes.swap(0, 1),
+    ];
+    radiance(&mut renderer, &scene, &request);
+    for (at, change) in changes.into_iter().enumerate() {
+        change(&mut scene);
+        let shown = radiance(&mut renderer, &scene, &request);
+        assert!(shown == radiance(&mut common::renderer(), &scene, &request), "change {at}");
+    }
 }
 
 #[test]

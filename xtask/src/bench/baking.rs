@@ -1,4 +1,4 @@
-//! Light that is found beforehand: by rays and by pictures at equal error, measured by a bench of the renderer's; and what frames
+//! Light that is found beforehand: by rays and by pictures at equal error, measured by a bench of the program's; and what frames
 //! with it cost.
 
 use super::Bench;
@@ -74,9 +74,9 @@ impl Row {
 /// They could not be measured.
 pub(super) fn print(bench: &mut Bench) -> Result<()> {
     let mut command = if bench.is_trial() {
-        cargo(["test", "--quiet", "-p", "manypass", "--bench", "baking", "--", "--json"])
+        cargo(["test", "--quiet", "-p", "manypass-cli", "--bench", "baking", "--", "--json"])
     } else {
-        cargo(["bench", "--quiet", "-p", "manypass", "--bench", "baking", "--", "--json"])
+        cargo(["bench", "--quiet", "-p", "manypass-cli", "--bench", "baking", "--", "--json"])
     };
     let measured = last_json(&mut command)?;
     let (probes, texels) = (&measured["probes"], &measured["texels"]);

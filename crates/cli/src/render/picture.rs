@@ -142,10 +142,12 @@ impl Batch<'_> {
         let is_moving = shutter_deg > 0.0 && samples > 1 && moves(scene, args);
         let start = Instant::now();
         let looked_ms = self.renderer.compile_ms();
-        if !request.goes_on && !is_moving {
-            self.find_probe_light(scene, &request)?;
-        }
+        let found = if is_moving { Ok(()) } else { self.find_probe_light(scene, &request) };
         let renderer = &mut self.renderer;
+        if found.is_err() {
+            renderer.set_memory_budget(None);
+        }
+        found?;
         let go_on = |_| !interrupt::STOP.load(Ordering::SeqCst);
         let drawn = if is_moving {
             let at = |scene: &mut Scene, position: f32| {

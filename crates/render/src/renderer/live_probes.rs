@@ -7,19 +7,26 @@ use super::surroundings::{FrameSurroundings, side_request};
 use super::{Purpose, Renderer};
 use crate::constants::PROBE_FACE_SIDE;
 use crate::environment::lobe::FACES;
+use crate::environment::{Environment, EnvironmentSettings};
 use crate::gpu::readback;
+use crate::ground::Ground;
 use crate::passes::probe_capture::CapturedProbe;
-use crate::probes::{known, read_probe};
+use crate::probes::{DISTANCE_MAX_M, known, read_probe};
 use crate::request::{FrameRequest, RenderError};
 use crate::setting::Switch;
+use crate::settings::Settings;
 use glam::Vec4;
 use half::f16;
-use manypass_scene::Scene;
 use manypass_scene::probes::{Probe, ProbeGrid};
+use manypass_scene::{NodeId, Projection, Scene};
+use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
 /// Around so many probes a frame looks that a still has before its first.
 const AT_ONCE: usize = 8;
+
+/// What is nearer to a probe is not seen, as a share of the least distance between probes.
+const NEAR_SHARE: f32 = 0.02;
 
 /// A side of what is to be seen around a probe.
 #[derive(Clone, Copy, Debug)]
@@ -36,13 +43,20 @@ fn request_of(grid: &ProbeGrid, probe: usize, face: usize, request: &FrameReques
     let (position_world, _) = place_of(grid, probe)?;
     let layers = grid.live.unwrap_or_default().layers;
     let side = side_request((position_world, face), (layers, None), PROBE_FACE_SIDE, request).ok()?;
-    let side = side.with(|settings| {
+    let mut side = side.with(|settings| {
+        settings.environment = environment_of(settings);
+        settings.ground.mode = Ground::None;
         settings.occlusion.enabled = Switch::Off;
         settings.reflections.enabled = Switch::Off;
         settings.gi.enabled = false;
         settings.shadows.contact_m = 0.0;
         settings.lights.min_px = 0.0;
     });
+    // Walls are nearer to probes that are nearer to each other.
+    let least_m = NEAR_SHARE * grid.spacing_m().min_element();
+    if let Projection::Perspective { near_m, .. } = &mut side.camera.projection {
+        *near_m = near_m.min(least_m);
+    }
     Some(FrameRequest { light_rounds: None, ..side })
 }
 
@@ -57,23 +71,34 @@ fn parts_of(grids: &[&ProbeGrid], due: &[DueProbe], is_apart: bool, request: &Fr
     views.filter_map(part).collect()
 }
 
+/// What probes have as their environment: the studio that lets one see what lamps light is no light.
+fn environment_of(settings: &Settings) -> EnvironmentSettings {
+    let mut environment = settings.environment.clone();
+    if environment.source == Environment::Fill {
+        environment.source = Environment::None;
+    }
+    environment
+}
+
 /// Another number whenever what lights probes is another scene, or another environment.
 fn light_of(scene: &Scene, scene_version: u64, request: &FrameRequest) -> u64 {
     let mut hasher = DefaultHasher::new();
-    hasher.write_u64(scene_version);
+    (scene_version, scene.variant, &scene.roots).hash(&mut hasher);
     let layers = scene.probes.iter().filter_map(|grid| grid.live).fold(0, |all, live| all | live.layers);
-    for node in &scene.nodes {
-        // Where cameras are changes no light, nor does what no probe sees and what casts no shadow.
-        let is_seen = node.mesh.is_none() || node.layers & layers != 0 || node.casts_shadow;
-        if node.camera.is_some() || !is_seen {
-            continue;
+    let joints: BTreeSet<NodeId> = scene.skins.iter().flat_map(|skin| skin.joints.iter().copied()).collect();
+    // Cameras and what moves them light nothing, nor does what no probe sees and what casts no shadow.
+    for (id, _) in scene.visible_levels() {
+        let node = scene.node(id);
+        let is_seen = node.mesh.is_some() && (node.layers & layers != 0 || node.casts_shadow);
+        if is_seen || node.light.is_some() || joints.contains(&id) {
+            (id, node.mesh, node.light, node.layers, node.casts_shadow).hash(&mut hasher);
+            node.world_from_object.to_cols_array().map(f32::to_bits).hash(&mut hasher);
+            node.morph_weights.iter().for_each(|weight| weight.to_bits().hash(&mut hasher));
         }
-        (node.mesh, node.light, node.layers, node.is_visible).hash(&mut hasher);
-        node.world_from_object.to_cols_array().map(f32::to_bits).hash(&mut hasher);
-        node.morph_weights.iter().for_each(|weight| weight.to_bits().hash(&mut hasher));
     }
     let settings = &request.settings;
-    format!("{:?} {:?} {:?}", scene.lights, settings.environment, settings.shadows.enabled).hash(&mut hasher);
+    let of_settings = (environment_of(settings), &settings.shadows, &settings.fog, &settings.shading);
+    format!("{:?} {:?} {:?} {:?}", scene.lights, scene.decals, of_settings, request.light_subset).hash(&mut hasher);
     hasher.finish()
 }
 
@@ -82,6 +107,14 @@ impl Renderer {
     /// has other light than the one before: a mean of several is to begin anew.
     pub fn is_finding_light(&self, request: &FrameRequest) -> bool {
         request.settings.captures.enabled && self.surroundings.probes.is_finding()
+    }
+
+    /// Brings the device up to date, and says whether what lights live probes is another than when this was last asked.
+    fn is_relit(&mut self, scene: &Scene, request: &FrameRequest) -> bool {
+        self.limit_textures(request.settings.textures.max_px);
+        self.follow(scene);
+        let light = light_of(scene, self.shadows.scene_version, request);
+        self.surroundings.probe_light.replace(light) != Some(light)
     }
 
     /// The views around the probes that a frame of a live view looks around. A still has looked around all before.
@@ -97,8 +130,7 @@ impl Renderer {
                 (0..most.min(grids[at].count())).map(|probe| DueProbe { grid: at, probe }).collect();
             return parts_of(&grids, &due, false, request);
         }
-        let light = light_of(scene, self.shadows.scene_version, request);
-        let is_new = self.surroundings.probe_light.replace(light) != Some(light);
+        let is_new = self.is_relit(scene, request);
         let due = self.surroundings.probes.due(&grids, is_new, most, request.pre_exposure());
         parts_of(&grids, &due, false, request)
     }
@@ -167,10 +199,7 @@ impl Renderer {
         if !request.settings.captures.enabled || grids.iter().all(|grid| grid.live.is_none()) {
             return Ok(());
         }
-        self.follow(scene);
-        let light = light_of(scene, self.shadows.scene_version, request);
-        let is_new = self.surroundings.probe_light.replace(light) != Some(light);
-        if !is_new && self.surroundings.probes.is_found(&grids) {
+        if !self.is_relit(scene, request) && self.surroundings.probes.is_found(&grids, request.pre_exposure()) {
             return Ok(());
         }
         self.surroundings.probes.forget();
@@ -182,15 +211,19 @@ impl Renderer {
             let due = in_round().flat_map(|(grid, of)| (0..of.count()).map(move |probe| DueProbe { grid, probe }));
             let due: Vec<DueProbe> = due.filter(|due| place_of(grids[due.grid], due.probe).is_some()).collect();
             for due in due.chunks(AT_ONCE) {
+                // What there is no room for is known once the first of them were drawn.
+                if done > 0
+                    && self.surroundings.lacks_probes
+                    && due.iter().all(|due| !self.surroundings.probes.has(due.grid))
+                {
+                    continue;
+                }
                 let parts = parts_of(&grids, due, true, request);
                 self.run_views(scene, Captures { parts, left_out: 0 }, &mut Purpose::Probes).await?;
                 done += due.len();
                 if !progress(done, all) {
                     self.surroundings.probes.forget();
                     return Err(RenderError::Stopped);
-                }
-                if self.surroundings.lacks_probes {
-                    return Ok(());
                 }
             }
             in_round().for_each(|(grid, _)| self.surroundings.probes.swap(grid));
@@ -199,17 +232,16 @@ impl Renderer {
         Ok(())
     }
 
-    /// Where what views around probes show belongs, in their order.
+    /// Where what views around probes show belongs, in their order; none of those that there is no room for.
     pub(super) fn captured_probes(
         &self,
         scene: &Scene,
         asked: &[Asked],
         surroundings: Option<&FrameSurroundings>,
-    ) -> Vec<CapturedProbe> {
+    ) -> Vec<Option<CapturedProbe>> {
         let Some(surroundings) = surroundings else { return Vec::new() };
         let grids = known(scene, true);
-        let captured = |asked: &Asked| {
-            let ViewPart::Probe(ProbeSide { of, face: 0, is_apart }) = asked.part else { return None };
+        let captured = |(asked, of, is_apart): (&Asked, DueProbe, bool)| {
             let (grid, placed) = (grids.get(of.grid)?, surroundings.probes.grids.get(of.grid)?);
             let (_, offset_m) = place_of(grid, of.probe)?;
             let light = if is_apart { 1 - placed.light.min(1) } else { placed.light };
@@ -222,11 +254,17 @@ impl Renderer {
                 is_cube: grid.basis == manypass_scene::probes::ProbeBasis::AmbientCube,
                 light: [corner[0] + x, corner[1] + y],
                 distances: [corner[0] + left, corner[1] + top],
-                distance_max_m: grid.distance_max_m(),
+                distance_max_m: grid.distance_max_m().min(DISTANCE_MAX_M),
                 sun_directions: uniform.sun_directions,
                 sun_irradiances: uniform.sun_irradiances,
             })
         };
-        asked.iter().filter_map(captured).collect()
+        let first_side = |asked: &'_ Asked| match asked.part {
+            ViewPart::Probe(ProbeSide { of, face: 0, is_apart }) => Some((of, is_apart)),
+            _ => None,
+        };
+        let first_sides =
+            asked.iter().filter_map(|asked| first_side(asked).map(|(of, is_apart)| (asked, of, is_apart)));
+        first_sides.map(captured).collect()
     }
 }

@@ -435,6 +435,8 @@ impl Renderer {
         let surroundings = surroundings
             .filter(|_| !matches!(asked.part, ViewPart::Side(SideView { bounce: 0, .. })))
             .filter(|surroundings| surroundings.have(tiles.map(|tiles| &tiles.view)));
+        let of_probes = surroundings.filter(|_| matches!(asked.part, ViewPart::Probe(_))).map(|of| of.of_probes());
+        let surroundings = of_probes.as_ref().or(surroundings);
         if let Some(surroundings) = surroundings {
             surroundings.place(&mut environment, request.pre_exposure());
         }

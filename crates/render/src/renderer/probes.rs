@@ -10,11 +10,14 @@ use crate::shader::program::Constant;
 use bytemuck::Zeroable as _;
 use glam::Vec3;
 use half::f16;
-use manypass_scene::probes::{LiveProbes, Probe, ProbeGrid};
+use manypass_scene::probes::{LiveProbes, Probe, ProbeBasis, ProbeGrid};
+use manypass_scene::surroundings::Region;
 use std::sync::Arc;
 
 /// The light of a live grid is written anew where the exposure has changed by so much since: half floats have no room for more.
 const EXPOSURE_RATIO_MAX: f32 = 256.0;
+/// And that of a still by so much.
+const STILL_RATIO_MAX: f32 = 16.0;
 
 /// The texels of probes that are on the device.
 #[derive(Debug, Default)]
@@ -23,11 +26,16 @@ pub(super) struct ProbeTexels {
     written: Vec<Written>,
     /// The live grid that frames look into next.
     turn: usize,
+    /// Whether a still has found the light that is there.
+    is_of_still: bool,
 }
 
 /// What was written of a grid.
 #[derive(Debug)]
 struct Written {
+    region: Region,
+    counts: [u32; 3],
+    basis: ProbeBasis,
     probes: Option<Arc<Vec<Probe>>>,
     live: Option<LiveProbes>,
     /// What its light was divided by.
@@ -123,13 +131,15 @@ impl Written {
             (Some(a), Some(b)) => Arc::ptr_eq(a, b),
             (a, b) => a.is_none() && b.is_none(),
         };
-        has_same && self.live == grid.live
+        let has_same_places = self.region == grid.region && self.counts == grid.counts && self.basis == grid.basis;
+        has_same && has_same_places && self.live == grid.live
     }
 }
 
 impl ProbeTexels {
     fn are_of(&self, grids: &[&ProbeGrid]) -> bool {
-        self.written.len() == grids.len() && self.written.iter().zip(grids).all(|(written, grid)| written.is_of(grid))
+        self.written.len() == grids.len().min(self.layout.places.len())
+            && self.written.iter().zip(grids).all(|(written, grid)| written.is_of(grid))
     }
 
     /// Of live grids those probes that a frame of a live view looks around, at most so many; all become due where `is_new`
@@ -140,6 +150,7 @@ impl ProbeTexels {
             return Vec::new();
         }
         let mut due = Vec::new();
+        let grids = &grids[..self.written.len()];
         let is_kept = |written: &Written| {
             let ratio = written.scale * pre_exposure;
             written.live.is_none() || (EXPOSURE_RATIO_MAX.recip()..EXPOSURE_RATIO_MAX).contains(&ratio)
@@ -164,6 +175,7 @@ impl ProbeTexels {
                 written.done += 1;
                 written.left -= 1;
                 if place_of(grid, probe).is_some() {
+                    self.is_of_still = false;
                     due.push(DueProbe { grid: at, probe });
                     passed = 0;
                     break;
@@ -173,9 +185,20 @@ impl ProbeTexels {
         due
     }
 
-    /// Whether all that frames are to find of light is found.
-    pub fn is_found(&self, grids: &[&ProbeGrid]) -> bool {
-        self.are_of(grids) && self.written.iter().all(|written| written.left == 0)
+    /// Whether a still has found all that frames are to find of light, as it is exposed now, but for what half floats do not
+    /// feel.
+    pub fn is_found(&self, grids: &[&ProbeGrid], pre_exposure: f32) -> bool {
+        let is_near = |written: &Written| {
+            let ratio = written.scale * pre_exposure;
+            written.live.is_none() || (STILL_RATIO_MAX.recip()..STILL_RATIO_MAX).contains(&ratio)
+        };
+        let is_found = |written: &Written| written.left == 0 && is_near(written);
+        self.is_of_still && self.are_of(grids) && self.written.iter().all(is_found)
+    }
+
+    /// Whether a grid is on the device, by its index among the known ones.
+    pub fn has(&self, grid: usize) -> bool {
+        grid < self.written.len()
     }
 
     /// Whether frames of a live view have yet to look around probes.
@@ -202,8 +225,9 @@ impl ProbeTexels {
         }
     }
 
-    /// All that frames are to find of a grid's light is found.
+    /// A still has found all that frames are to find of light.
     pub fn finish(&mut self) {
+        self.is_of_still = true;
         self.written.iter_mut().for_each(|written| written.left = 0);
     }
 
@@ -219,6 +243,7 @@ impl ProbeTexels {
     ) -> PlacedProbes {
         if !self.are_of(grids) || self.layout != *layout {
             self.written.clear();
+            self.is_of_still = false;
             self.layout = layout.clone();
             let of_live = pre_exposure.recip();
             let of_live = if of_live.is_finite() && of_live > 0.0 { of_live } else { 1.0 };
@@ -238,6 +263,9 @@ impl ProbeTexels {
                 write(gpu, texture, [corner[0] + x, corner[1] + y], (*width, *height), distances);
                 let bounces = grid.live.map_or(0, |live| live.bounces.max(1) as usize);
                 self.written.push(Written {
+                    region: grid.region,
+                    counts: grid.counts,
+                    basis: grid.basis,
                     probes: grid.probes.clone(),
                     live: grid.live,
                     scale: texels.scale,

@@ -47,7 +47,7 @@ pub(super) struct OfScene<'s> {
     particles: Vec<ShownParticles>,
     surroundings: Option<(&'s SurroundingsState, &'s FrameSurroundings)>,
     /// Where what views around probes show belongs, in their order; and of which view it is put there.
-    probes: Option<(&'s PreparedView, &'s [CapturedProbe])>,
+    probes: Option<(&'s PreparedView, &'s [Option<CapturedProbe>])>,
 }
 
 impl<'s> OfScene<'s> {
@@ -55,7 +55,7 @@ impl<'s> OfScene<'s> {
         scene: &'s Scene,
         particles: Vec<ShownParticles>,
         surroundings: Option<(&'s SurroundingsState, &'s FrameSurroundings)>,
-        probes: Option<(&'s PreparedView, &'s [CapturedProbe])>,
+        probes: Option<(&'s PreparedView, &'s [Option<CapturedProbe>])>,
     ) -> Self {
         Self { scene, water: Surfaces::of(scene), doors: Doors::of(scene), particles, surroundings, probes }
     }
@@ -188,7 +188,7 @@ fn record_probe<'f>(
     let (Some((_, surroundings)), Some((view, probes))) = (of_scene.surroundings, of_scene.probes) else {
         return Ok(());
     };
-    let Some(probe) = probes.get(at) else { return Ok(()) };
+    let Some(Some(probe)) = probes.get(at) else { return Ok(()) };
     let mut r = Recorder::new(graph, frame, view);
     let target = surroundings.import(&mut r, format!("probes.{at}"));
     frame::probe_light_passes(&mut r, probe, &sides, target)?;

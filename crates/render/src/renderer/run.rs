@@ -73,10 +73,18 @@ impl Renderer {
             self.light_probes(scene, first, &mut |_, _| true).await?;
         }
         let captures = match purpose.has_captures() {
-            true => self.captures(scene, parts, purpose.is_plan())?,
-            false => Captures { parts, ..Captures::default() },
+            true => self.captures(scene, parts, purpose.is_plan()),
+            false => Ok(Captures { parts, ..Captures::default() }),
         };
-        self.run_views(scene, captures, purpose).await
+        let run = match captures {
+            Ok(captures) => self.run_views(scene, captures, purpose).await,
+            Err(error) => Err(error),
+        };
+        if run.is_err() {
+            // Nobody knows what of it was drawn.
+            self.surroundings.clear();
+        }
+        run
     }
 
     /// Runs a frame of views whose captures are known.
@@ -124,10 +132,6 @@ impl Renderer {
         let executed = self.execute(scene, (&asked, left_out), &mut states, purpose);
         if !purpose.is_plan() {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
-        }
-        if executed.is_err() {
-            // Nobody knows what of it was drawn.
-            self.surroundings.clear();
         }
         let Executed { plan, run, exports, legends } = executed?;
         if let Some(run) = run {

@@ -357,6 +357,11 @@ impl FrameSurroundings {
         r.graph.import(name, TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT), self.view.clone())
     }
 
+    /// Of what views around probes have: probes alone, because surroundings may be drawn only after them.
+    pub fn of_probes(&self) -> Self {
+        Self { count: 0, ..self.clone() }
+    }
+
     /// Puts them into the uniform of a view's environment, whose radiance is pre-exposed.
     pub fn place(&self, uniform: &mut EnvironmentUniform, pre_exposure: f32) {
         if self.count > 0 {
