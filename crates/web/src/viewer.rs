@@ -388,6 +388,14 @@ impl Viewer {
         request.sample_index = if has_moved || is_finding { 0 } else { request.sample_index + 1 };
         request.adaptation = self.frame_times.go_on();
         self.renderer.render_async(scene, request).await?;
+        let exposure = self.options.exposure(scene);
+        if is_finding && !self.renderer.is_finding_light(request) && request.needs_metering(exposure) {
+            // Before light was found the picture was darker.
+            let (world_from_view, projection) = camera::resolve(None, scene, &self.framing, self.canvas.aspect());
+            let first = FrameRequest { camera: View { world_from_view, projection }, ..request.clone() };
+            self.metering = Some(self.renderer.meter_async(scene, &first).await?);
+            request.expose(exposure, self.metering);
+        }
         let is_more_left = request.sample_index + 1 < request.sample_count || is_adapting || is_finding;
         self.show()?;
         Ok(is_more_left)

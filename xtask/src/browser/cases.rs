@@ -154,7 +154,7 @@ pub(super) const CASES: [Case; 71] = [
     case("decals", "docs/examples/decals.stage.toml", WIDE),
     // Tracks and prints in sand, after 2 seconds.
     Case { time_secs: 2.0, ..case("trails", "docs/examples/trails.stage.toml", WIDE) },
-    // Light maps and occlusion of the Cornell box, which the program baked.
+    // Light maps with directions and occlusion of the Cornell box, which the program baked.
     case("baked", made::BAKED, SQUARE),
     // The same lit by probes, as harmonics on both kinds of paths, and as cubes.
     case("probes", made::PROBES, SQUARE),

@@ -1,9 +1,9 @@
 //! Pictures within the picture: which monitors and mirrors a frame shows, and what is asked of the views of monitors'
 //! cameras.
 
-use super::Renderer;
 use super::mirrors::{MirrorSeen, Mirrors, VIEWS_MAX};
 use super::prepare::ViewPart;
+use super::{Purpose, Renderer};
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::draws::may_show;
 use crate::overlay::monitors_of_overlay;
@@ -187,7 +187,13 @@ impl Renderer {
     ///
     /// # Errors
     /// A monitor or mirror asks for a tier of quality that there is not.
-    pub(super) fn captures(&mut self, scene: &Scene, parts: Vec<Part>, is_plan: bool) -> Result<Captures, RenderError> {
+    pub(super) fn captures(
+        &mut self,
+        scene: &Scene,
+        parts: Vec<Part>,
+        purpose: &Purpose<'_>,
+    ) -> Result<Captures, RenderError> {
+        let is_plan = purpose.is_plan();
         let Some(first) = parts.first().map(|part| part.request.clone()) else { return Ok(Captures::default()) };
         if !first.settings.captures.enabled {
             return Ok(Captures { parts, ..Captures::default() });
@@ -197,7 +203,11 @@ impl Renderer {
         let (mut drawn, mut shown) = (0, BTreeSet::new());
         let of_picture = mirrors.before(scene, parts, depth, (&mut drawn, &mut shown))?;
         let (monitors, monitors_left_out) = self.monitors(scene, &of_picture, is_plan)?;
-        let mut all = self.probe_parts(scene, &first, is_plan);
+        // A meter exposes its readings otherwise than pictures are.
+        let mut all = match purpose {
+            Purpose::Meter(_) => Vec::new(),
+            _ => self.probe_parts(scene, &first, is_plan),
+        };
         all.extend(self.sides(scene, &first, is_plan)?);
         all.extend(mirrors.before(scene, monitors, depth, (&mut drawn, &mut shown))?);
         all.extend(of_picture);

@@ -151,7 +151,7 @@ impl Renderer {
         let defaults = std::cell::LazyCell::new(|| crate::request::SceneDefaults::of(scene));
         let request = request.resolved_by(&defaults);
         self.computed.follow(std::iter::once(&request.settings.environment));
-        pollster::block_on(self.light_probes(scene, &request, progress))
+        pollster::block_on(self.light_probes(scene, &request, true, progress))
     }
 
     /// What the probes of a grid of the scene know as frames read them, in the order of the grid: those that frames have found
@@ -188,18 +188,20 @@ impl Renderer {
     }
 
     /// Finds the light of live probes for a still, unless it is known: as often as their grids say, each time in the light that
-    /// was found before.
+    /// was found before. With `is_exposed` what was found at quite another exposure is found again.
     pub(super) async fn light_probes(
         &mut self,
         scene: &Scene,
         request: &FrameRequest,
+        is_exposed: bool,
         progress: &mut dyn FnMut(usize, usize) -> bool,
     ) -> Result<(), RenderError> {
         let grids = known(scene, request.settings.captures.enabled);
         if !request.settings.captures.enabled || grids.iter().all(|grid| grid.live.is_none()) {
             return Ok(());
         }
-        if !self.is_relit(scene, request) && self.surroundings.probes.is_found(&grids, request.pre_exposure()) {
+        let pre_exposure = is_exposed.then_some(request.pre_exposure());
+        if !self.is_relit(scene, request) && self.surroundings.probes.is_found(&grids, pre_exposure) {
             return Ok(());
         }
         self.surroundings.probes.forget();

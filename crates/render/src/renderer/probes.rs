@@ -185,12 +185,12 @@ impl ProbeTexels {
         due
     }
 
-    /// Whether a still has found all that frames are to find of light, as it is exposed now, but for what half floats do not
-    /// feel.
-    pub fn is_found(&self, grids: &[&ProbeGrid], pre_exposure: f32) -> bool {
+    /// Whether a still has found all that frames are to find of light, and as it is exposed now, if that is given, but for what
+    /// half floats do not feel.
+    pub fn is_found(&self, grids: &[&ProbeGrid], pre_exposure: Option<f32>) -> bool {
         let is_near = |written: &Written| {
-            let ratio = written.scale * pre_exposure;
-            written.live.is_none() || (STILL_RATIO_MAX.recip()..STILL_RATIO_MAX).contains(&ratio)
+            let is_near = |pre: f32| (STILL_RATIO_MAX.recip()..STILL_RATIO_MAX).contains(&(written.scale * pre));
+            written.live.is_none() || pre_exposure.is_none_or(is_near)
         };
         let is_found = |written: &Written| written.left == 0 && is_near(written);
         self.is_of_still && self.are_of(grids) && self.written.iter().all(is_found)

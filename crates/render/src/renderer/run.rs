@@ -70,10 +70,12 @@ impl Renderer {
             && !first.goes_on
             && first.sample_index == 0
         {
-            self.light_probes(scene, first, &mut |_, _| true).await?;
+            // Readings of a meter look at what is known, however it was exposed.
+            let is_exposed = !matches!(purpose, Purpose::Meter(_));
+            self.light_probes(scene, first, is_exposed, &mut |_, _| true).await?;
         }
         let captures = match purpose.has_captures() {
-            true => self.captures(scene, parts, purpose.is_plan()),
+            true => self.captures(scene, parts, purpose),
             false => Ok(Captures { parts, ..Captures::default() }),
         };
         let run = match captures {
