@@ -183,7 +183,10 @@ fn probes_are_baked_where_a_stage_says_and_light_what_is_there() {
         (run.stderr, color(&picture, (30, 20)))
     };
     let (_, lit) = middle("a.stage.toml");
-    let (warned, dark) = middle("s.stage.toml");
+    // Without a word frames would find the light.
+    let stage = std::fs::read_to_string(folder.join("s.stage.toml")).expect("a stage");
+    folder.write("dark.stage.toml", format!("{stage}live = false\n").as_bytes());
+    let (warned, dark) = middle("dark.stage.toml");
     assert!(warned.contains("the probes `front` have no light yet"), "{warned}");
     let (sum, none) = (lit.iter().sum::<f32>(), dark.iter().sum::<f32>());
     assert!(sum > 60.0 && none < 10.0, "{lit:?} {dark:?}");

@@ -44,9 +44,25 @@ fn translate(
     }
 }
 
-/// Functions that naga writes without a word, and that GLSL ES 3.00 lacks.
-const LATER_FUNCTIONS: [&str; 8] =
-    ["findLSB", "findMSB", "bitCount", "bitfieldExtract", "bitfieldInsert", "bitfieldReverse", "textureGather", "fma"];
+/// Functions that naga writes without a word, and that GLSL ES 3.00 lacks; `mix` chooses no vectors of whole numbers.
+const LATER_FUNCTIONS: [&str; 16] = [
+    "findLSB",
+    "findMSB",
+    "bitCount",
+    "bitfieldExtract",
+    "bitfieldInsert",
+    "bitfieldReverse",
+    "textureGather",
+    "fma",
+    "mix(uvec2",
+    "mix(uvec3",
+    "mix(uvec4",
+    "mix(ivec2",
+    "mix(ivec3",
+    "mix(ivec4",
+    "mix(bvec3",
+    "mix(bvec4",
+];
 
 /// What a stage has of textures and of samplers on every device of WebGL 2, and as many in `downlevel_webgl2_defaults`
 /// of wgpu, which counts all that the layouts of a pipeline name, whether its shader reads it or not.

@@ -144,9 +144,10 @@ fn corners_before(grid: ProbeGrid, first_m: f32, normal: vec3f) -> u32 {
     let along = normal * grid.spacing.xyz;
     let near_m = first_m + vec4f(0.0, along.x, along.y, along.x + along.y);
     let limit_m = vec4f(-0.5 / grid.inverse.w - dot(abs(normal), grid.moved.xyz));
-    let bits = select(vec4u(0u), vec4u(1u, 2u, 4u, 8u), near_m > limit_m)
-        | select(vec4u(0u), vec4u(16u, 32u, 64u, 128u), near_m + along.z > limit_m);
-    let before = bits.x | bits.y | bits.z | bits.w;
+    // Of whole numbers GLSL ES 3.00 chooses single ones alone.
+    let bits = select(vec4f(0.0), vec4f(1.0, 2.0, 4.0, 8.0), near_m > limit_m)
+        + select(vec4f(0.0), vec4f(16.0, 32.0, 64.0, 128.0), near_m + along.z > limit_m);
+    let before = u32(dot(bits, vec4f(1.0)));
     return select(before, 255u, before == 0u);
 }
 
