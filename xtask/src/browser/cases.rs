@@ -163,7 +163,7 @@ pub(super) const CASES: [Case; 71] = [
     // A lamp's light that comes back from walls, found by frames. Here each look finds what others of its round have found, in
     // a still of the program it does not: after eight rounds that is the same but for a part in a hundred.
     Case {
-        tolerance: Tolerance { share: 0.97, mean: 0.6, ..together(52, 4) },
+        tolerance: Tolerance { mean: 0.6, ..together(168, 4) },
         settings: &[("captures.probes", "32")],
         frames: 9,
         settles: true,
