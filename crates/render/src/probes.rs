@@ -50,8 +50,6 @@ pub struct ProbesUniform {
     pub half_m: Vec4,
     /// One divided by how far probes are apart; one divided by how far from one side of a surface's plane the other one is.
     pub inverse: Vec4,
-    /// How far probes were moved along each axis at the most, in metres; zero.
-    pub moved: Vec4,
 }
 
 /// As many uniforms as shaders have room for.
@@ -165,14 +163,6 @@ pub(crate) struct PlacedGrid {
     pub scale: f32,
     /// Which of the two lights of a live grid frames read.
     pub light: usize,
-    /// How far its probes were moved along each axis at the most.
-    pub moved_m: Vec3,
-}
-
-/// How far probes that are on were moved along each axis at the most, in metres.
-pub(crate) fn moved_m(probes: &[Probe]) -> Vec3 {
-    let on = probes.iter().filter(|probe| probe.is_on);
-    on.fold(Vec3::ZERO, |most, probe| most.max(probe.offset_m.abs()).min(Vec3::splat(DISTANCE_MAX_M)))
 }
 
 /// The texels of a grid, as rectangles of half floats.
@@ -275,7 +265,7 @@ pub(crate) fn grid_texels(grid: &ProbeGrid, place: &GridPlace, probes: &[Probe],
 impl ProbesUniform {
     /// Of a grid whose texels lie behind a corner of the texture.
     pub(crate) fn new(grid: &ProbeGrid, [x, y]: [u32; 2], placed: &PlacedGrid) -> Self {
-        let PlacedGrid { place, scale, light, moved_m } = *placed;
+        let PlacedGrid { place, scale, light } = *placed;
         let spacing_m = grid.spacing_m();
         let (half_m, per_fade_m) = fading_box(&grid.region, grid.fade_m);
         let corner = |[a, b]: [u32; 2]| Vec2::new((x + a) as f32, (y + b) as f32);
@@ -290,7 +280,6 @@ impl ProbesUniform {
             center: grid.region.center_world.extend(is_cube),
             half_m: half_m.extend(BIAS_SHARE * spacing_m.min_element()),
             inverse: spacing_m.recip().extend((2.0 * SIDE_SHARE * spacing_m.min_element()).recip()),
-            moved: moved_m.extend(0.0),
         }
     }
 }
@@ -321,7 +310,7 @@ mod tests {
             "forward",
             "ProbeGrid",
             ProbesUniform,
-            [first, spacing, counts, corners, center, half_m, inverse, moved]
+            [first, spacing, counts, corners, center, half_m, inverse]
         );
     }
 

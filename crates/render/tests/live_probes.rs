@@ -4,32 +4,19 @@
 
 mod common;
 
-use common::{plain_request, renderer};
+use common::{matte_white as white, plain_request, renderer};
 use glam::{Mat4, Quat, Vec3, Vec4};
 use manypass::{Environment, FrameRequest, Path, Renderer, View};
 use manypass_scene::framing::look_along;
-use manypass_scene::material::Specular;
 use manypass_scene::primitives::{cube, plane, uv_sphere};
 use manypass_scene::probes::{Harmonics, LiveProbes, ProbeBasis, ProbeGrid, ProbeLight, SmallSource};
 use manypass_scene::surroundings::Region;
-use manypass_scene::{
-    Camera, EnvironmentMap, Light, Mapped, Material, Mesh, Node, NodeId, Primitive, Projection, Scene,
-};
+use manypass_scene::{Camera, EnvironmentMap, Light, Material, Mesh, Node, NodeId, Primitive, Projection, Scene};
 use std::cell::Cell;
 use std::f32::consts::PI;
 
 const SIZE: (u32, u32) = (64, 48);
 const RADIUS_M: f32 = 0.5;
-
-fn white() -> Material {
-    Material {
-        base_color_factor: Vec4::ONE,
-        metallic_factor: 0.0,
-        roughness_factor: 1.0,
-        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
-        ..Material::default()
-    }
-}
 
 fn add(scene: &mut Scene, primitive: Primitive, material: Material, node: Node) -> NodeId {
     scene.materials.push(material);

@@ -4,33 +4,22 @@
 
 mod common;
 
-use common::{plain_request, renderer};
-use glam::{Vec2, Vec3, Vec4};
+use common::{matte_white as white, plain_request, renderer};
+use glam::{Vec2, Vec3};
 use manypass::{Environment, FrameRequest, Path, Renderer};
 use manypass_scene::framing::look_along;
-use manypass_scene::material::Specular;
 use manypass_scene::primitives::{plane, uv_sphere};
 use manypass_scene::probes::{
     DISTANCE_SIDE, Harmonics, Probe, ProbeBasis, ProbeGrid, ProbeLight, SmallSource, distance_direction,
 };
 use manypass_scene::surroundings::Region;
-use manypass_scene::{Camera, EnvironmentMap, Mapped, Material, Mesh, Node, Primitive, Projection, Scene};
+use manypass_scene::{Camera, EnvironmentMap, Mesh, Node, Primitive, Projection, Scene};
 use std::sync::Arc;
 
 const SIZE: (u32, u32) = (64, 48);
 const PATHS: [Path; 4] = [Path::Deferred, Path::Forward, Path::ForwardBatched, Path::Gouraud];
 const EYE: Vec3 = Vec3::new(0.6, 0.8, 3.0);
 const RADIUS_M: f32 = 0.8;
-
-fn white() -> Material {
-    Material {
-        base_color_factor: Vec4::ONE,
-        metallic_factor: 0.0,
-        roughness_factor: 1.0,
-        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
-        ..Material::default()
-    }
-}
 
 /// A white thing at the origin, in probes of a box of four metres.
 fn scene_of(primitive: Primitive, grid: ProbeGrid) -> (Scene, FrameRequest) {

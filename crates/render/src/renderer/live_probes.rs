@@ -8,6 +8,7 @@ use super::{Purpose, Renderer};
 use crate::constants::PROBE_FACE_SIDE;
 use crate::environment::lobe::FACES;
 use crate::environment::{Environment, EnvironmentSettings};
+use crate::fog::FogSettings;
 use crate::gpu::readback;
 use crate::ground::Ground;
 use crate::passes::probe_capture::CapturedProbe;
@@ -15,10 +16,13 @@ use crate::probes::{DISTANCE_MAX_M, known, read_probe};
 use crate::request::{FrameRequest, RenderError};
 use crate::setting::Switch;
 use crate::settings::Settings;
+use crate::shading_settings::ShadingSettings;
+use crate::shadows::ShadowSettings;
 use glam::Vec4;
 use half::f16;
+use manypass_scene::decal::Decal;
 use manypass_scene::probes::{Probe, ProbeGrid};
-use manypass_scene::{NodeId, Projection, Scene};
+use manypass_scene::{Light, NodeId, Projection, Scene};
 use std::collections::BTreeSet;
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 
@@ -80,8 +84,38 @@ fn environment_of(settings: &Settings) -> EnvironmentSettings {
     environment
 }
 
-/// Another number whenever what lights probes is another scene, or another environment.
-fn light_of(scene: &Scene, scene_version: u64, request: &FrameRequest) -> u64 {
+/// What lights probes: another one whenever their light is another.
+#[derive(Debug, PartialEq)]
+pub(super) struct ProbeLighting {
+    /// Of what stands where.
+    nodes: u64,
+    lights: Vec<Light>,
+    decals: Vec<Decal>,
+    environment: EnvironmentSettings,
+    shadows: ShadowSettings,
+    fog: FogSettings,
+    shading: ShadingSettings,
+    light_subset: Option<(u32, u32)>,
+}
+
+impl ProbeLighting {
+    fn new(scene: &Scene, scene_version: u64, request: &FrameRequest) -> Self {
+        let settings = &request.settings;
+        Self {
+            nodes: hash_of_nodes(scene, scene_version),
+            lights: scene.lights.clone(),
+            decals: scene.decals.clone(),
+            environment: environment_of(settings),
+            shadows: settings.shadows.clone(),
+            fog: settings.fog.clone(),
+            shading: settings.shading.clone(),
+            light_subset: request.light_subset,
+        }
+    }
+}
+
+/// Another number whenever what probes see, and what casts shadows or light there, is another or stands elsewhere.
+fn hash_of_nodes(scene: &Scene, scene_version: u64) -> u64 {
     let mut hasher = DefaultHasher::new();
     (scene_version, scene.variant, &scene.roots).hash(&mut hasher);
     let layers = scene.probes.iter().filter_map(|grid| grid.live).fold(0, |all, live| all | live.layers);
@@ -96,9 +130,6 @@ fn light_of(scene: &Scene, scene_version: u64, request: &FrameRequest) -> u64 {
             node.morph_weights.iter().for_each(|weight| weight.to_bits().hash(&mut hasher));
         }
     }
-    let settings = &request.settings;
-    let of_settings = (environment_of(settings), &settings.shadows, &settings.fog, &settings.shading);
-    format!("{:?} {:?} {:?} {:?}", scene.lights, scene.decals, of_settings, request.light_subset).hash(&mut hasher);
     hasher.finish()
 }
 
@@ -113,8 +144,10 @@ impl Renderer {
     fn is_relit(&mut self, scene: &Scene, request: &FrameRequest) -> bool {
         self.limit_textures(request.settings.textures.max_px);
         self.follow(scene);
-        let light = light_of(scene, self.shadows.scene_version, request);
-        self.surroundings.probe_light.replace(light) != Some(light)
+        let lighting = ProbeLighting::new(scene, self.shadows.scene_version, request);
+        let is_same = self.surroundings.probe_lighting.as_ref() == Some(&lighting);
+        self.surroundings.probe_lighting = Some(lighting);
+        !is_same
     }
 
     /// The views around the probes that a frame of a live view looks around. A still has looked around all before.

@@ -4,7 +4,7 @@ use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::probes::{
     GridPlace, PROBE_BASES, PROBE_GRIDS, PlacedGrid, ProbeLayout, ProbesUniform, ProbesUniforms, bases, grid_texels,
-    moved_m, unlit,
+    unlit,
 };
 use crate::shader::program::Constant;
 use bytemuck::Zeroable as _;
@@ -40,8 +40,6 @@ struct Written {
     live: Option<LiveProbes>,
     /// What its light was divided by.
     scale: f32,
-    /// How far its probes were moved along each axis at the most.
-    moved_m: Vec3,
     /// Which of the two lights of a live grid frames read.
     light: usize,
     /// How many of its probes frames have looked around, and around how many they still do.
@@ -77,7 +75,7 @@ impl PlacedProbes {
 
     /// Of a frame that is planned only.
     pub fn of_plan(layout: &ProbeLayout, grids: &[&ProbeGrid]) -> Self {
-        let of_place = |place: &GridPlace| PlacedGrid { place: *place, scale: 1.0, light: 0, moved_m: Vec3::ZERO };
+        let of_place = |place: &GridPlace| PlacedGrid { place: *place, scale: 1.0, light: 0 };
         let placed = layout.places.iter().map(of_place);
         Self::new(grids, [0, 0], placed.collect())
     }
@@ -122,8 +120,7 @@ fn in_turn(done: usize, count: usize) -> usize {
 
 impl Written {
     fn placed(&self, place: &GridPlace) -> PlacedGrid {
-        let Self { scale, light, moved_m, .. } = *self;
-        PlacedGrid { place: *place, scale, light, moved_m }
+        PlacedGrid { place: *place, scale: self.scale, light: self.light }
     }
 
     fn is_of(&self, grid: &ProbeGrid) -> bool {
@@ -269,7 +266,6 @@ impl ProbeTexels {
                     probes: grid.probes.clone(),
                     live: grid.live,
                     scale: texels.scale,
-                    moved_m: grid.probes.as_ref().map_or(Vec3::ZERO, |probes| moved_m(probes)),
                     light: 0,
                     done: 0,
                     left: grid.count() * bounces,

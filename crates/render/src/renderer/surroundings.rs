@@ -3,6 +3,7 @@
 
 use super::Renderer;
 use super::captures::{Part, settings_of};
+use super::live_probes::ProbeLighting;
 use super::prepare::ViewPart;
 use super::probes::{PlacedProbes, ProbeTexels};
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
@@ -50,7 +51,7 @@ pub(super) struct SurroundingsState {
     /// The texels of probes that are in it.
     pub probes: ProbeTexels,
     /// What lit live probes when frames last looked around them.
-    pub probe_light: Option<u64>,
+    pub probe_lighting: Option<ProbeLighting>,
     /// What each slot shows, and with which pre-exposure it was drawn.
     drawn: [Option<Drawn>; SURROUNDINGS_MAX],
     /// Whether the texture has no room for the probes of the last frame.

@@ -17,8 +17,6 @@ struct ProbeGrid {
     half_m: vec4f,
     // One divided by how far probes are apart; one divided by how far from one side of a surface's plane the other one is.
     inverse: vec4f,
-    // How far probes were moved along each axis at the most, in metres; zero.
-    moved: vec4f,
 }
 
 // What is to be seen around a place.

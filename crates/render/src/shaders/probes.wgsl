@@ -133,24 +133,6 @@ fn cell_corner(index: u32) -> vec3f {
     return vec3f(vec3u(index, index >> 1u, index >> 2u) & vec3u(1u));
 }
 
-// The number of the lowest bit that is set, for which GLSL ES 3.00 has no function.
-fn lowest_bit(bits: u32) -> u32 {
-    return u32(log2(f32(bits & (~bits + 1u))) + 0.5);
-}
-
-// A bit for each corner of a cell whose probe is not behind a surface in any case; all where all are. `first_m` is how far the
-// first of them is before it, if it was not moved.
-fn corners_before(grid: ProbeGrid, first_m: f32, normal: vec3f) -> u32 {
-    let along = normal * grid.spacing.xyz;
-    let near_m = first_m + vec4f(0.0, along.x, along.y, along.x + along.y);
-    let limit_m = vec4f(-0.5 / grid.inverse.w - dot(abs(normal), grid.moved.xyz));
-    // Of whole numbers GLSL ES 3.00 chooses single ones alone.
-    let bits = select(vec4f(0.0), vec4f(1.0, 2.0, 4.0, 8.0), near_m > limit_m)
-        + select(vec4f(0.0), vec4f(16.0, 32.0, 64.0, 128.0), near_m + along.z > limit_m);
-    let before = u32(dot(bits, vec4f(1.0)));
-    return select(before, 255u, before == 0u);
-}
-
 // Irradiance divided by pi of a grid at a place, about a direction; 0 where all probes around are off, else 1.
 fn grid_light(grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: vec3f) -> vec4f {
     let last = grid.counts.xyz - 1.0;
@@ -159,24 +141,14 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: 
     let along = place - before;
     var weights: array<f32, 8>;
     var all = 0.0;
-    // Beside the outermost probes as if the surface were between them: the corners beyond have no share.
-    let to_first = grid.first.xyz + before * grid.spacing.xyz - position_world;
-    let first_m = max(dot(to_first, normal), -dot(along * grid.spacing.xyz, normal));
-    // Those whose weights are not known yet: software adapters run every branch, but end loops.
-    var unknown = corners_before(grid, first_m, normal);
     for (var i = 0u; i < 8u; i++) {
-        if unknown == 0u {
-            break;
-        }
-        let index = lowest_bit(unknown);
-        unknown &= unknown - 1u;
-        let corner = cell_corner(index);
+        let corner = cell_corner(i);
         let shares = mix(1.0 - along, along, corner);
         let at = min(before + corner, last);
         let cell = probe_cell(grid, at);
         let weight = probe_weight(grid, probe_place(probe_texel(grid, cell)), at, cell, position_world, normal)
             * shares.x * shares.y * shares.z;
-        weights[index] = weight;
+        weights[i] = weight;
         all += weight;
     }
     // A bit for each that counts.
@@ -190,8 +162,10 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: 
         if left == 0u {
             break;
         }
-        let index = lowest_bit(left);
-        left &= left - 1u;
+        // The lowest bit and its number, for which GLSL ES 3.00 has no function.
+        let rest = left & (left - 1u);
+        let index = u32(log2(f32(left ^ rest)) + 0.5);
+        left = rest;
         let at = min(before + cell_corner(index), last);
         let texel = probe_texel(grid, probe_cell(grid, at));
         // Less by as much as others lack, so that none of them begins to count at once.

@@ -67,7 +67,8 @@ const NEAR_M: [f32; 2] = [1e-4, 0.02];
 /// From this share of the scene on, a cascade shows all of it, and none is needed beyond: of lights with sharp edges,
 /// and of wide ones.
 const WHOLE_SHARES: [f32; 2] = [0.75, 0.6];
-/// The sides in texels of maps for what is around places: of lights at a place, and of directional ones.
+/// The sides in texels of maps for what is around places: of lights at a place, as fine over a right angle as the views
+/// around probes are, and of directional ones, over the whole scene.
 const AROUND_PX: f32 = 64.0;
 pub(crate) const AROUND_DIRECTIONAL_PX: u32 = 512;
 

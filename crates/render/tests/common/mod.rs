@@ -8,9 +8,10 @@ pub mod levels;
 pub mod shadows;
 pub mod skies;
 
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec3, Vec4};
 use manypass::{AovPixels, Averaging, Background, Environment, FrameRequest, Gpu, Renderer, Switch, Tonemap, View};
-use manypass_scene::{Aabb, Projection, Scene};
+use manypass_scene::material::Specular;
+use manypass_scene::{Aabb, Mapped, Material, Projection, Scene};
 use std::path::PathBuf;
 
 /// A renderer on the first adapter.
@@ -43,6 +44,17 @@ pub fn plain_request(scene: &Scene, (width, height): (u32, u32)) -> FrameRequest
     request.settings.reflections.enabled = Switch::Off;
     request.averaging = Averaging::Both;
     request
+}
+
+/// White and matte, with nothing that it mirrors.
+pub fn matte_white() -> Material {
+    Material {
+        base_color_factor: Vec4::ONE,
+        metallic_factor: 0.0,
+        roughness_factor: 1.0,
+        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
+        ..Material::default()
+    }
 }
 
 /// A camera that sees all of `bounds` from the right and above.

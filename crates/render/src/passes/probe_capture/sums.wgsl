@@ -16,6 +16,9 @@ struct ProbeSums {
 @group(1) @binding(0) var probe_sides: texture_2d<f32>;
 @group(1) @binding(1) var<uniform> probe_sums: ProbeSums;
 
+// Half floats end beyond.
+const HALF_LARGEST: f32 = 60000.0;
+
 // 1, y, z, x, xy, yz, 3 z² - 1, xz or x² - y².
 fn polynomial(index: u32, d: vec3f) -> f32 {
     let first = select(select(select(d.x, d.z, index == 2u), d.y, index == 1u), 1.0, index == 0u);
@@ -37,5 +40,5 @@ fn fs_probe_sums(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let weight = inverse * inverse * inverse * polynomial(place.y, away * inverse);
         sum += weight * textureLoad(probe_sides, vec2u(place.x, y), 0).rgb;
     }
-    return vec4f(clamp(sum * probe_sums.scale.x, vec3f(-60000.0), vec3f(60000.0)), 1.0);
+    return vec4f(clamp(sum * probe_sums.scale.x, vec3f(-HALF_LARGEST), vec3f(HALF_LARGEST)), 1.0);
 }
