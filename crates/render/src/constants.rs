@@ -45,8 +45,10 @@ shared_constants! {
     /// 1 − exp(−x).
     CURVE_EXPONENTIAL: u32 = 5;
 
-    /// The texels of a probe's light.
-    PROBE_TEXELS: u32 = 9;
+    /// How many texels of a probe's light lie beside each other.
+    PROBE_WIDTH: u32 = 14;
+    /// And how many below each other.
+    PROBE_HEIGHT: u32 = 5;
     /// The side of a probe's map of distances in texels, without its border.
     PROBE_DISTANCE_SIDE: u32 = 12;
     /// The side of the pictures that frames draw around a probe, in texels.

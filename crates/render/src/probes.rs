@@ -4,8 +4,7 @@ mod read;
 
 pub(crate) use read::read_probe;
 
-use crate::constants::{PROBE_DISTANCE_SIDE, PROBE_TEXELS};
-use crate::octahedral::octahedral_from_direction;
+use crate::constants::{PROBE_DISTANCE_SIDE, PROBE_HEIGHT, PROBE_WIDTH};
 use crate::surroundings::fading_box;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
@@ -17,14 +16,15 @@ use manypass_scene::probes::{
 use std::f32::consts::PI;
 
 const _: () = assert!(DISTANCE_SIDE == PROBE_DISTANCE_SIDE as usize);
+const _: () = assert!(TILE_SIDE == PROBE_WIDTH);
 
 /// The side of the map of a probe's distances with its border, in texels.
 pub(crate) const TILE_SIDE: u32 = PROBE_DISTANCE_SIDE + 2;
 
 /// The constant of pipelines that says how many grids a scene has.
 pub(crate) const PROBE_GRIDS: &str = "probe_grids";
-/// And the one that says in which bases: 0 spherical harmonics, 1 ambient cubes, 2 both.
-pub(crate) const PROBE_BASES: &str = "probe_bases";
+/// And the one that says that the light of some has small sources apart.
+pub(crate) const PROBE_SOURCES: &str = "probe_sources";
 
 /// The largest coefficient is so large in the texture, whose half floats end at 65,504.
 const LARGEST: f32 = 32_768.0;
@@ -44,7 +44,7 @@ pub struct ProbesUniform {
     pub counts: Vec4,
     /// The corners of the light and of the distances in texels.
     pub corners: Vec4,
-    /// The middle of the box; 1 if light is six colours.
+    /// The middle of the box; zero.
     pub center: Vec4,
     /// Half the box's extent; how far from a surface its light is looked up, in metres.
     pub half_m: Vec4,
@@ -81,14 +81,14 @@ pub(crate) fn faults(scene: &Scene) -> Vec<String> {
     scene.probes.iter().filter(has_none).map(said).collect()
 }
 
-/// In which bases the light of grids is, as [`PROBE_BASES`] says it.
-pub(crate) fn bases(grids: &[&ProbeGrid]) -> u32 {
-    let has = |basis: ProbeBasis| grids.iter().any(|grid| grid.basis == basis);
-    match (has(ProbeBasis::Harmonics), has(ProbeBasis::AmbientCube)) {
-        (_, false) => 0,
-        (false, true) => 1,
-        (true, true) => 2,
-    }
+/// Whether the light of grids has small sources apart, as [`PROBE_SOURCES`] says it.
+pub(crate) fn have_sources(grids: &[&ProbeGrid]) -> bool {
+    let has_source = |probe: &Probe| probe.light.source().irradiance != Vec3::ZERO;
+    let has_sources = |grid: &&ProbeGrid| {
+        let is_known = || grid.probes.iter().any(|probes| probes.iter().any(has_source));
+        grid.basis == ProbeBasis::Harmonics && (grid.live.is_some() || is_known())
+    };
+    grids.iter().any(has_sources)
 }
 
 /// Where the texels of a grid lie within those of all.
@@ -107,7 +107,7 @@ impl GridPlace {
         let (column, row) = self.cell(grid.counts, index as u32);
         let [light, distances] = [self.light[light.min(1)], self.distances];
         [
-            [light[0] + column * PROBE_TEXELS, light[1] + row],
+            [light[0] + column * PROBE_WIDTH, light[1] + row * PROBE_HEIGHT],
             [distances[0] + column * TILE_SIDE, distances[1] + row * TILE_SIDE],
         ]
     }
@@ -130,7 +130,7 @@ pub(crate) struct ProbeLayout {
 /// Width of all, and the heights of distances and light, of a grid with so many layers beside each other.
 fn extent([x, y, z]: [u32; 3], columns: u32) -> (u32, u32, u32) {
     let rows = z.div_ceil(columns);
-    (x * columns * TILE_SIDE.max(PROBE_TEXELS), y * rows * TILE_SIDE, y * rows)
+    (x * columns * TILE_SIDE, y * rows * TILE_SIDE, y * rows * PROBE_HEIGHT)
 }
 
 impl ProbeLayout {
@@ -176,44 +176,76 @@ pub(crate) struct GridTexels {
     pub scale: f32,
 }
 
-/// The coefficients or colours of a probe as shaders add them up.
-fn colors(light: &ProbeLight) -> Vec<Vec3> {
+/// Irradiance of a probe divided by pi, but for its small source, as the square form of (x, y, z, 1) by the signs of a normal's
+/// x, y and z, of which a bit each says that it is below 0: the number in a row and a column. With the signs in the form it is
+/// one of the normal's absolute values (Ramamoorthi & Hanrahan 2001, section 3.2).
+fn form(light: &ProbeLight, signs: usize, row: usize, column: usize) -> Vec3 {
+    let sign = |axis: usize| if signs >> axis & 1 == 1 { -1.0 } else { 1.0 };
     match light {
-        ProbeLight::Harmonics(light, source) => {
-            light.irradiance_polynomial().into_iter().chain([source.irradiance / PI]).collect()
+        ProbeLight::AmbientCube(cube) if row == column && row < 3 => cube.0[2 * row + (signs >> row & 1)],
+        ProbeLight::AmbientCube(_) => Vec3::ZERO,
+        ProbeLight::Harmonics(light, _) => {
+            let [one, y, z, x, xy, yz, zz, xz, difference] = light.irradiance_polynomial();
+            let unsigned = match (row.min(column), row.max(column)) {
+                (0, 0) => difference,
+                (1, 1) => -difference,
+                (2, 2) => 3.0 * zz,
+                (0, 1) => 0.5 * xy,
+                (1, 2) => 0.5 * yz,
+                (0, 2) => 0.5 * xz,
+                (0, _) => 0.5 * x,
+                (1, _) => 0.5 * y,
+                (2, _) => 0.5 * z,
+                _ => one - zz,
+            };
+            unsigned * sign(row) * sign(column)
         }
-        ProbeLight::AmbientCube(light) => light.0.to_vec(),
     }
 }
 
 /// By what the light of a grid is divided in the texture.
 fn scale_of(probes: &[Probe]) -> f32 {
-    let largest =
-        |probe: &Probe| colors(&probe.light).iter().fold(0f32, |most, color| most.max(color.abs().max_element()));
+    let largest = |probe: &Probe| {
+        let texels = (0..PROBE_HEIGHT - 1).flat_map(|y| (0..PROBE_WIDTH).map(move |x| (x, y)));
+        texels.fold(0f32, |most, (x, y)| most.max(light_texel(probe, x, y).abs().max_element()))
+    };
     let most = probes.iter().filter(|probe| probe.is_on).map(largest).fold(0f32, f32::max);
     if most > 0.0 && most.is_finite() { (most / LARGEST).max(f32::MIN_POSITIVE) } else { 1.0 }
 }
 
-/// The texels of a probe; see `probes.wgsl`.
-fn light_texels(probe: &Probe, scale: f32) -> [Vec4; PROBE_TEXELS as usize] {
-    let colors = colors(&probe.light);
-    let color = |at: usize| match probe.is_on {
-        true => colors.get(at).copied().unwrap_or_default() / scale,
-        false => Vec3::ZERO,
+/// Of blocks of 2 x 2 texels, seven beside each other: which rows and columns of [`form`] each has, and by which signs. Four
+/// are of x and y by their signs, two of z and 1, and eight of both.
+fn block_of(x: u32, y: u32) -> (usize, usize, usize) {
+    let (block, row, column) = (x / 2 + PROBE_WIDTH / 2 * (y / 2), y % 2, x % 2);
+    let (signs, row, column) = match block {
+        0..4 => (block, row, column),
+        4..6 => ((block - 4) << 2, 2 + row, 2 + column),
+        _ => (block - 6, row, 2 + column),
     };
+    (signs as usize, row as usize, column as usize)
+}
+
+/// A texel of a probe's light by its column and row, but for those of the last row; its small source's in the fourth component.
+fn light_texel(probe: &Probe, x: u32, y: u32) -> Vec4 {
+    let (signs, row, column) = block_of(x, y);
+    let source = probe.light.source().irradiance / PI;
+    let of_source = match (row < 2, column < 2) {
+        (true, true) => source.x,
+        (false, false) => source.y,
+        _ => source.z,
+    };
+    form(&probe.light, signs, row, column).extend(of_source)
+}
+
+/// A texel of the last row: how far a probe was moved, and whether it is on; where its small source is, and how wide.
+fn place_texel(probe: &Probe, x: u32) -> Vec4 {
     let source = probe.light.source();
     let offset_m = probe.offset_m.clamp(Vec3::splat(-DISTANCE_MAX_M), Vec3::splat(DISTANCE_MAX_M));
-    let place = offset_m.extend(if probe.is_on { 1.0 + source.spread } else { 0.0 });
-    let mut texels: [Vec4; PROBE_TEXELS as usize] =
-        std::array::from_fn(|at| if at == 0 { place } else { color(at - 1).extend(0.0) });
-    if let ProbeLight::Harmonics(..) = probe.light {
-        let towards = octahedral_from_direction(source.direction).to_array();
-        let last = [color(8).to_array(), color(9).to_array()].concat();
-        for (texel, value) in texels.iter_mut().skip(1).zip(last.into_iter().chain(towards)) {
-            texel.w = value;
-        }
+    match x {
+        0 => offset_m.extend(if probe.is_on { 1.0 } else { 0.0 }),
+        1 if source.irradiance != Vec3::ZERO => source.direction.extend(source.spread),
+        _ => Vec4::ZERO,
     }
-    texels
 }
 
 /// The texel of a map of distances that one of its border repeats, or itself: beyond an edge the map goes on at the other
@@ -241,25 +273,31 @@ pub(crate) fn grid_texels(grid: &ProbeGrid, place: &GridPlace, probes: &[Probe],
     let (_, of_distances, of_light) = extent(grid.counts, place.columns);
     let [x, _, z] = grid.counts;
     let across = x * place.columns.min(z);
-    let (light_width, distance_width) = (across * PROBE_TEXELS, across * TILE_SIDE);
-    let mut light = vec![[f16::ZERO; 4]; (light_width * of_light) as usize];
-    let mut distances = vec![[f16::ZERO; 4]; (distance_width * of_distances) as usize];
+    let width = across * TILE_SIDE;
+    let mut light = vec![[f16::ZERO; 4]; (width * of_light) as usize];
+    let mut distances = vec![[f16::ZERO; 4]; (width * of_distances) as usize];
     let half = |value: Vec4| value.to_array().map(f16::from_f32);
     for (index, probe) in probes.iter().enumerate() {
         let (column, row) = place.cell(grid.counts, index as u32);
-        let first = (row * light_width + column * PROBE_TEXELS) as usize;
-        for (texel, value) in light[first..].iter_mut().zip(light_texels(probe, scale)) {
-            *texel = half(value);
+        for line in 0..PROBE_HEIGHT {
+            let first = ((row * PROBE_HEIGHT + line) * width + column * PROBE_WIDTH) as usize;
+            for (x, texel) in (0..PROBE_WIDTH).zip(&mut light[first..]) {
+                *texel = half(match probe.is_on {
+                    _ if line == PROBE_HEIGHT - 1 => place_texel(probe, x),
+                    true => light_texel(probe, x, line) / scale,
+                    false => Vec4::ZERO,
+                });
+            }
         }
         for line in 0..TILE_SIDE {
-            let first = ((row * TILE_SIDE + line) * distance_width + column * TILE_SIDE) as usize;
+            let first = ((row * TILE_SIDE + line) * width + column * TILE_SIDE) as usize;
             for (at, texel) in distances[first..].iter_mut().take(TILE_SIDE as usize).enumerate() {
                 let [mean, deviation] = spread(probe.distances[within(at as i32 - 1, line as i32 - 1)]);
                 *texel = half(Vec4::new(mean, deviation, 0.0, 0.0));
             }
         }
     }
-    GridTexels { light: (light_width, of_light, light), distances: (distance_width, of_distances, distances), scale }
+    GridTexels { light: (width, of_light, light), distances: (width, of_distances, distances), scale }
 }
 
 impl ProbesUniform {
@@ -271,13 +309,12 @@ impl ProbesUniform {
         let corner = |[a, b]: [u32; 2]| Vec2::new((x + a) as f32, (y + b) as f32);
         let (of_light, of_distances) = (corner(place.light[light.min(1)]), corner(place.distances));
         let counts = Vec3::from(grid.counts.map(|count| count as f32));
-        let is_cube = if grid.basis == ProbeBasis::AmbientCube { 1.0 } else { 0.0 };
         Self {
             first: grid.place(0).extend(per_fade_m),
             spacing: spacing_m.extend(scale),
             counts: counts.extend(place.columns as f32),
             corners: Vec4::new(of_light.x, of_light.y, of_distances.x, of_distances.y),
-            center: grid.region.center_world.extend(is_cube),
+            center: grid.region.center_world.extend(0.0),
             half_m: half_m.extend(BIAS_SHARE * spacing_m.min_element()),
             inverse: spacing_m.recip().extend((2.0 * SIDE_SHARE * spacing_m.min_element()).recip()),
         }
@@ -335,7 +372,7 @@ mod tests {
         }
         assert_eq!(bottom, layout.size.1);
         let (width, height) = ProbeLayout::new(&[&grids[0]]).size;
-        assert!(width.max(height) <= 960, "{width} {height}");
+        assert!(width.max(height) <= 1216, "{width} {height}");
     }
 
     #[test]

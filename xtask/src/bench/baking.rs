@@ -106,24 +106,25 @@ fn print_rows(bench: &mut Bench, title: &str, of_time: &str, measured: &Value) -
 
 /// Frames of the hall with light that was found beforehand, beside frames without it.
 fn print_frames(bench: &mut Bench) -> Result<()> {
-    let columns = [("a frame of the hall with", 32), ("ms", 8), ("without, ms", 8), ("ratio", 6)];
+    let columns = [("a frame of the hall with", 32), ("shadows", 8), ("ms", 8), ("without, ms", 8), ("ratio", 6)];
     bench.report.begin(&format!("Frames with baked light, {SIZE}"), &columns);
     let program = bench.measurements.program.clone();
     let bare = bench.measurements.folder.join("baking-none.stage.toml");
     std::fs::write(&bare, STAGE).with_context(|| format!("writing {}", bare.display()))?;
     for (name, what, more) in BAKED {
         let baked = bake(&program, &bench.measurements.folder, what, more)?;
-        let (mut with_ms, mut without_ms) = (f64::INFINITY, f64::INFINITY);
-        for _ in 0..TURNS {
-            with_ms = with_ms.min(frame_ms(&program, &baked)?);
-            without_ms = without_ms.min(frame_ms(&program, &bare)?);
+        for shadows in [true, false] {
+            let (mut with_ms, mut without_ms) = (f64::INFINITY, f64::INFINITY);
+            for _ in 0..TURNS {
+                with_ms = with_ms.min(frame_ms(&program, &baked, shadows)?);
+                without_ms = without_ms.min(frame_ms(&program, &bare, shadows)?);
+            }
+            let (times, shadows) = (ratio(with_ms / without_ms), if shadows { "yes" } else { "no" });
+            let row = [name, shadows, &milliseconds(with_ms), &milliseconds(without_ms), &times];
+            bench.report.row(row.map(str::to_owned).to_vec());
         }
-        let times = ratio(with_ms / without_ms);
-        bench.report.row(vec![name.to_owned(), milliseconds(with_ms), milliseconds(without_ms), times]);
     }
-    bench
-        .report
-        .note("All have the diffuse light of the studio, without shadows: of its picture, or of what was baked in it.");
+    bench.report.note("All have the diffuse light of the studio: of its picture, or of what was baked in it.");
     Ok(())
 }
 
@@ -139,9 +140,10 @@ fn bake(program: &Path, folder: &Path, what: &str, more: &str) -> Result<PathBuf
 }
 
 /// The median of some frames in milliseconds.
-fn frame_ms(program: &Path, stage: &Path) -> Result<f64> {
+fn frame_ms(program: &Path, stage: &Path, shadows: bool) -> Result<f64> {
     let mut command = Command::new(program);
-    command.arg("bench").arg(stage).args(["--size", SIZE, "--count", "10", "--budget-ms", "2500", "--json"]);
+    command.arg("bench").arg(stage).args(["--size", SIZE, "--count", "10", "--budget-ms", "5000", "--json"]);
+    command.arg("--set").arg(format!("shadows.enabled={shadows}"));
     let result = last_json(&mut command)?;
     let frames = result["frames"].as_array().into_iter().flatten().filter_map(Value::as_f64).collect();
     median(frames).with_context(|| format!("no frames of {}", stage.display()))

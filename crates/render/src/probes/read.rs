@@ -1,8 +1,7 @@
 //! Probes from their texels: what frames have found.
 
 use super::DISTANCE_MAX_M;
-use crate::constants::{PROBE_DISTANCE_SIDE, PROBE_TEXELS};
-use crate::octahedral::direction_from_octahedral;
+use crate::constants::{PROBE_DISTANCE_SIDE, PROBE_HEIGHT};
 use glam::{Vec2, Vec3, Vec4};
 use manypass_scene::probes::{AmbientCube, Harmonics, Probe, ProbeBasis, ProbeGrid, ProbeLight, SmallSource};
 use std::f32::consts::PI;
@@ -15,19 +14,29 @@ pub(crate) fn read_probe(
     scale: f32,
     texel: impl Fn(u32, u32) -> Vec4,
 ) -> Probe {
-    let texels: [Vec4; PROBE_TEXELS as usize] = std::array::from_fn(|at| texel(light[0] + at as u32, light[1]));
-    let color = |at: usize| texels[1 + at].truncate() * scale;
-    let place = texels[0];
+    let at = |x: u32, y: u32| texel(light[0] + x, light[1] + y);
+    let color = |x: u32, y: u32| at(x, y).truncate() * scale;
+    let (place, of_source) = (at(0, PROBE_HEIGHT - 1), at(1, PROBE_HEIGHT - 1));
     let found = match grid.basis {
-        ProbeBasis::AmbientCube => ProbeLight::AmbientCube(AmbientCube(std::array::from_fn(color))),
+        // Of the blocks of x and y the first has both above 0, the last none.
+        ProbeBasis::AmbientCube => ProbeLight::AmbientCube(AmbientCube([
+            color(0, 0),
+            color(6, 0),
+            color(1, 1),
+            color(7, 1),
+            color(8, 0),
+            color(10, 0),
+        ])),
         ProbeBasis::Harmonics => {
-            // The ninth coefficient, the source and its direction lie in the fourth component of the others.
-            let last = |at: usize| texels[1 + at].w;
-            let three = |at: usize| Vec3::new(last(at), last(at + 1), last(at + 2)) * scale;
-            let polynomial = std::array::from_fn(|at| if at < 8 { color(at) } else { three(0) });
-            let irradiance = PI * three(3);
-            let direction = direction_from_octahedral(Vec2::new(last(6), last(7)));
-            let source = SmallSource { direction, irradiance, spread: (place.w - 1.0).max(0.0) };
+            // Of each kind the block in which all signs are above 0.
+            let (difference, half_xy) = (color(0, 0), color(1, 0));
+            let (squares, half_z, constant) = (color(8, 0) / 3.0, color(9, 0), color(9, 1));
+            let (half_xz, half_x, half_yz, half_y) = (color(12, 0), color(13, 0), color(12, 1), color(13, 1));
+            let halves = [half_y, half_z, half_x, half_xy, half_yz].map(|half| 2.0 * half);
+            let [y, z, x, xy, yz] = halves;
+            let polynomial = [constant + squares, y, z, x, xy, yz, squares, 2.0 * half_xz, difference];
+            let irradiance = PI * Vec3::new(at(0, 0).w, at(8, 0).w, at(12, 0).w) * scale;
+            let source = SmallSource { direction: of_source.truncate(), irradiance, spread: of_source.w };
             let source = if irradiance == Vec3::ZERO { SmallSource::default() } else { source };
             ProbeLight::Harmonics(Harmonics::of_irradiance_polynomial(&polynomial), source)
         }

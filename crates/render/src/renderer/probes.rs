@@ -3,8 +3,8 @@
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::probes::{
-    GridPlace, PROBE_BASES, PROBE_GRIDS, PlacedGrid, ProbeLayout, ProbesUniform, ProbesUniforms, bases, grid_texels,
-    unlit,
+    GridPlace, PROBE_GRIDS, PROBE_SOURCES, PlacedGrid, ProbeLayout, ProbesUniform, ProbesUniforms, grid_texels,
+    have_sources, unlit,
 };
 use crate::shader::program::Constant;
 use bytemuck::Zeroable as _;
@@ -60,7 +60,7 @@ pub(super) struct DueProbe {
 pub(super) struct PlacedProbes {
     /// For radiance that is not pre-exposed.
     uniforms: ProbesUniforms,
-    bases: u32,
+    have_sources: bool,
     pub grids: Vec<PlacedGrid>,
 }
 
@@ -70,7 +70,7 @@ impl PlacedProbes {
         for (uniform, (grid, of)) in uniforms.iter_mut().zip(grids.iter().zip(&placed)) {
             *uniform = ProbesUniform::new(grid, corner, of);
         }
-        Self { uniforms, bases: bases(grids), grids: placed }
+        Self { uniforms, have_sources: have_sources(grids), grids: placed }
     }
 
     /// Of a frame that is planned only.
@@ -90,7 +90,7 @@ impl PlacedProbes {
 
     /// What pipelines know of them.
     pub fn constants(&self) -> impl Iterator<Item = Constant> + use<> {
-        let constants = [(PROBE_GRIDS, self.grids.len() as u32), (PROBE_BASES, self.bases)];
+        let constants = [(PROBE_GRIDS, self.grids.len() as u32), (PROBE_SOURCES, u32::from(self.have_sources))];
         constants.into_iter().filter(|(_, value)| *value > 0)
     }
 }

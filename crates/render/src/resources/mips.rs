@@ -20,6 +20,8 @@ pub(super) enum Texels {
     Bytes,
     /// Four half floats a texel.
     HalfFloats,
+    /// Three numbers of nine bits and the exponent of all, in four bytes a texel.
+    OneExponent,
     /// Compressed blocks.
     Blocks(BlockFormat),
 }
@@ -48,6 +50,7 @@ impl MipChain {
         let (linear, srgb) = match self.texels {
             Texels::Bytes => (wgpu::TextureFormat::Rgba8Unorm, wgpu::TextureFormat::Rgba8UnormSrgb),
             Texels::HalfFloats => (wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::Rgba16Float),
+            Texels::OneExponent => (wgpu::TextureFormat::Rgb9e5Ufloat, wgpu::TextureFormat::Rgb9e5Ufloat),
             Texels::Blocks(BlockFormat::Bc7) => {
                 (wgpu::TextureFormat::Bc7RgbaUnorm, wgpu::TextureFormat::Bc7RgbaUnormSrgb)
             }

@@ -371,7 +371,7 @@ fn create(gpu: &Gpu, label: &str, chain: &MipChain, is_srgb: bool, has_layers: b
     let [unit_texels, unit_bytes] = match chain.texels {
         Texels::Blocks(_) => [BlockFormat::SIDE, BlockFormat::BYTES],
         Texels::HalfFloats => [1, 8],
-        Texels::Bytes => [1, 4],
+        Texels::Bytes | Texels::OneExponent => [1, 4],
     };
     let mut staged_bytes = 0;
     for (level, pixels) in chain.levels.iter().enumerate() {

@@ -183,16 +183,27 @@ fn environment_irradiance(normal: vec3f) -> vec3f {
     return environment_irradiance_about(normal, normal);
 }
 
+// Of the environment and of surroundings, divided by pi.
+fn distant_light(direction: vec3f) -> vec3f {
+    let radiance = outer_light(direction);
+    if surrounding_count > 0u {
+        return radiance * outside_share() + surrounding_radiance(direction, ENVIRONMENT_LEVEL_LAST, 0.0);
+    }
+    return radiance;
+}
+
 // About a direction, of a surface with a normal.
 fn environment_irradiance_about(direction: vec3f, normal: vec3f) -> vec3f {
-    var radiance = outer_light(direction);
-    if surrounding_count > 0u {
-        radiance = radiance * outside_share() + surrounding_radiance(direction, ENVIRONMENT_LEVEL_LAST, 0.0);
+    if probe_grids == 0u {
+        return distant_light(direction) * PI;
     }
-    if probe_grids > 0u {
-        let of_probes = probe_light(surrounded_world, direction, normal);
-        outside_probes = 1.0 - of_probes.a;
-        radiance = radiance * outside_probes + of_probes.rgb;
+    let of_probes = probe_light(surrounded_world, direction, normal);
+    outside_probes = 1.0 - of_probes.a;
+    var radiance = of_probes.rgb;
+    // A loop, because software adapters take all ways of a branch.
+    let outside = select(0u, 1u, outside_probes > 0.0);
+    for (var i = 0u; i < outside; i++) {
+        radiance += distant_light(direction) * outside_probes;
     }
     return radiance * PI;
 }

@@ -11,7 +11,7 @@ struct ProbeGrid {
     counts: vec4f,
     // The corners of the light and of the distances in texels.
     corners: vec4f,
-    // The middle of the box; 1 if light is six colours.
+    // The middle of the box; zero.
     center: vec4f,
     // Half the box's extent; how far from a surface its light is looked up, in metres.
     half_m: vec4f,

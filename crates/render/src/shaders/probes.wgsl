@@ -2,41 +2,23 @@
 // 2001) or six colours (McTaggart 2004), of the eight probes around a place by how near they are and by what they see of it
 // (Majercik et al. 2019, "Dynamic Diffuse Global Illumination with Ray-Traced Irradiance Fields").
 
-import package::constants::{PROBE_DISTANCE_SIDE, PROBE_TEXELS};
+import package::constants::{PROBE_DISTANCE_SIDE, PROBE_HEIGHT, PROBE_WIDTH};
 import package::shaders::environment_uniform::{ProbeGrid, environment, environment_tiles};
-import package::shaders::octahedral::{direction_from_octahedral, octahedral_wrap};
+import package::shaders::octahedral::octahedral_wrap;
 import package::shaders::shading::linear_clamp;
 
 // How many grids there are.
 override probe_grids: u32 = 0u;
-// Their light is spherical harmonics; 1 if it is six colours; 2 if there are both.
-override probe_bases: u32 = 0u;
+// 1 if the light of some of them has small sources apart.
+override probe_sources: u32 = 0u;
 
 // Probes that lie behind a surface count so much, and those that see it hardly are crushed below the second. Those with less
 // than the third of all do not count at all, so that their light need not be read.
 const BEHIND: f32 = 0.05;
 const CRUSHED: f32 = 0.2;
-const LEAST: f32 = 0.01;
+const LEAST: f32 = 0.02;
 // What a probe counts that is on the other side of a surface's plane.
 const OTHER_SIDE: f32 = 0.002;
-
-// Light of a probe, or of several added up: coefficients, of which the ninth lies in the last places of the first three; or the
-// colours of the three faces that a normal sees. And what a small source gives by its cosine.
-struct ProbeLight {
-    a: vec4f,
-    b: vec4f,
-    c: vec4f,
-    d: vec4f,
-    e: vec4f,
-    f: vec4f,
-    g: vec4f,
-    h: vec4f,
-    of_source: vec3f,
-}
-
-fn has_colors(grid: ProbeGrid) -> bool {
-    return probe_bases == 1u || (probe_bases == 2u && grid.center.w > 0.5);
-}
 
 // The column and row of a probe among those of its grid in the texture, where some layers along Z lie beside each other.
 fn probe_cell(grid: ProbeGrid, at: vec3f) -> vec2f {
@@ -45,55 +27,83 @@ fn probe_cell(grid: ProbeGrid, at: vec3f) -> vec2f {
     return vec2f(at.x + column * grid.counts.x, at.y + row * grid.counts.y);
 }
 
-// Of a probe the first of its texels: how far it was moved, and 0 if it is off, else 1 and how wide its small source is. Those
-// of its light follow.
-fn probe_texel(grid: ProbeGrid, cell: vec2f) -> vec2i {
-    return vec2i(grid.corners.xy + cell * vec2f(f32(PROBE_TEXELS), 1.0));
+// Of a probe the first of the texels of its light.
+fn probe_texel(grid: ProbeGrid, cell: vec2f) -> vec2f {
+    return grid.corners.xy + cell * vec2f(f32(PROBE_WIDTH), f32(PROBE_HEIGHT));
 }
 
-fn probe_place(texel: vec2i) -> vec4f {
-    return textureLoad(environment_tiles, texel, 0);
+// How far a probe was moved, and 0 if it is off, else 1.
+fn probe_place(texel: vec2f) -> vec4f {
+    return textureLoad(environment_tiles, vec2i(texel) + vec2i(0, i32(PROBE_HEIGHT) - 1), 0);
 }
 
-// `place` is the first of its texels.
-fn probe_light_at(grid: ProbeGrid, texel: vec2i, place: vec4f, normal: vec3f) -> ProbeLight {
-    var light = ProbeLight();
-    if has_colors(grid) {
-        let faces = vec3i(vec3u(normal < vec3f(0.0))) + vec3i(1, 3, 5);
-        light.a = textureLoad(environment_tiles, texel + vec2i(faces.x, 0), 0);
-        light.b = textureLoad(environment_tiles, texel + vec2i(faces.y, 0), 0);
-        light.c = textureLoad(environment_tiles, texel + vec2i(faces.z, 0), 0);
-        return light;
+// Irradiance of a normal n is the square form v Q v of v = (|x|, |y|, |z|, 1), where Q is symmetric and, by the signs of n, one
+// of eight (Ramamoorthi & Hanrahan 2001, section 3.2, with the signs in Q in place of n). Of two pairs of numbers of v, (a, b)
+// and (c, d), what bilinear filtering finds between the 2 x 2 texels of a block of Q, at b / (a + b) and d / (c + d), is their
+// share of that divided by (a + b) (c + d): three lookups find all sixteen products.
+struct LightLookup {
+    // Of |x|, |y| by themselves, of |z|, 1 by themselves, and of both: places from the first texel of a probe, in texels.
+    of_sides: vec2f,
+    of_height: vec2f,
+    of_both: vec2f,
+    // What the three are multiplied by.
+    shares: vec3f,
+    normal: vec3f,
+}
+
+// The first texel of a block of which seven lie beside each other.
+fn light_block(index: f32) -> vec2f {
+    let row = floor((index + 0.5) * (1.0 / 7.0));
+    return vec2f(2.0 * (index - 7.0 * row), 2.0 * row);
+}
+
+fn light_lookup(normal: vec3f) -> LightLookup {
+    let v = abs(normal);
+    let below = select(vec3f(0.0), vec3f(1.0), normal < vec3f(0.0));
+    let quarter = below.x + 2.0 * below.y;
+    let sums = vec2f(v.x + v.y, v.z + 1.0);
+    let between = vec2f(v.y / max(sums.x, 1e-6), 1.0 / sums.y) + 0.5;
+    var lookup: LightLookup;
+    lookup.of_sides = light_block(quarter) + between.xx;
+    lookup.of_height = light_block(4.0 + below.z) + between.yy;
+    lookup.of_both = light_block(6.0 + quarter + 4.0 * below.z) + between.yx;
+    lookup.shares = vec3f(sums.x * sums.x, sums.y * sums.y, 2.0 * sums.x * sums.y);
+    lookup.normal = normal;
+    return lookup;
+}
+
+fn light_texel(place: vec2f) -> vec4f {
+    return textureSampleLevel(environment_tiles, linear_clamp, place * environment.picture_backdrop.zw, 0.0);
+}
+
+// Light of a probe on a normal, or of several added up: irradiance divided by pi, as polynomials have it and as a small source.
+struct ProbeLight {
+    even: vec3f,
+    of_source: vec3f,
+}
+
+fn probe_light_at(texel: vec2f, lookup: LightLookup) -> ProbeLight {
+    let of_sides = light_texel(texel + lookup.of_sides);
+    let of_height = light_texel(texel + lookup.of_height);
+    let of_both = light_texel(texel + lookup.of_both);
+    let shares = lookup.shares;
+    var light: ProbeLight;
+    light.even = of_sides.rgb * shares.x + of_height.rgb * shares.y + of_both.rgb * shares.z;
+    if probe_sources != 0u {
+        // Of a disc of some spread the horizon leaves a part.
+        let source = textureLoad(environment_tiles, vec2i(texel) + vec2i(1, i32(PROBE_HEIGHT) - 1), 0);
+        let cosine = dot(source.xyz, lookup.normal);
+        let spread = max(source.a, 1e-3);
+        let above = max(cosine + spread, 0.0);
+        let share = select(cosine, above * above / (4.0 * spread), cosine < spread);
+        light.of_source = share * vec3f(of_sides.a, of_height.a, of_both.a);
     }
-    light.a = textureLoad(environment_tiles, texel + vec2i(1, 0), 0);
-    light.b = textureLoad(environment_tiles, texel + vec2i(2, 0), 0);
-    light.c = textureLoad(environment_tiles, texel + vec2i(3, 0), 0);
-    light.d = textureLoad(environment_tiles, texel + vec2i(4, 0), 0);
-    light.e = textureLoad(environment_tiles, texel + vec2i(5, 0), 0);
-    light.f = textureLoad(environment_tiles, texel + vec2i(6, 0), 0);
-    light.g = textureLoad(environment_tiles, texel + vec2i(7, 0), 0);
-    light.h = textureLoad(environment_tiles, texel + vec2i(8, 0), 0);
-    // Of a disc of some spread the horizon leaves a part.
-    let spread = max(place.a - 1.0, 1e-3);
-    let cosine = dot(direction_from_octahedral(vec2f(light.g.a, light.h.a)), normal);
-    let above = max(cosine + spread, 0.0);
-    let share = select(cosine, above * above / (4.0 * spread), cosine < spread);
-    light.of_source = share * vec3f(light.d.a, light.e.a, light.f.a);
     return light;
 }
 
-// Irradiance divided by pi on a surface with a normal, in the units of the grid.
-fn probe_irradiance(light: ProbeLight, grid: ProbeGrid, normal: vec3f) -> vec3f {
-    let n = normal;
-    if has_colors(grid) {
-        let squares = n * n;
-        return light.a.rgb * squares.x + light.b.rgb * squares.y + light.c.rgb * squares.z;
-    }
-    let ninth = vec3f(light.a.a, light.b.a, light.c.a);
-    let of_harmonics = light.a.rgb + light.b.rgb * n.y + light.c.rgb * n.z + light.d.rgb * n.x
-        + light.e.rgb * (n.x * n.y) + light.f.rgb * (n.y * n.z) + light.g.rgb * (3.0 * n.z * n.z - 1.0)
-        + light.h.rgb * (n.x * n.z) + ninth * (n.x * n.x - n.y * n.y);
-    return max(of_harmonics, vec3f(0.0)) + light.of_source;
+// Irradiance divided by pi, in the units of the grid.
+fn probe_irradiance(light: ProbeLight) -> vec3f {
+    return max(light.even, vec3f(0.0)) + light.of_source;
 }
 
 // The share of a probe's light that comes from before a place, by how far surfaces are from the probe in its direction
@@ -112,7 +122,7 @@ fn seen_share(grid: ProbeGrid, cell: vec2f, away: vec3f, distance_m: f32) -> f32
     return cubed * cubed;
 }
 
-// How much a probe counts for a surface at a place, but for how near it is; `place` is the first of its texels.
+// How much a probe counts for a surface at a place, but for how near it is; `place` is what `probe_place` says.
 fn probe_weight(grid: ProbeGrid, place: vec4f, at: vec3f, cell: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
     let to_probe = grid.first.xyz + at * grid.spacing.xyz + place.xyz - position_world;
     let away = normal * grid.half_m.w - to_probe;
@@ -125,34 +135,72 @@ fn probe_weight(grid: ProbeGrid, place: vec4f, at: vec3f, cell: vec2f, position_
     var weight = (facing * facing + BEHIND) * is_before * seen_share(grid, cell, away, distance_m);
     weight *= min(weight * weight * (1.0 / (CRUSHED * CRUSHED)), 1.0);
     // What no probe sees has the light of those around it all the same.
-    return (weight + 1e-5) * min(place.a, 1.0);
+    return (weight + 1e-5) * place.a;
 }
 
-// The corner of a cell that a number from 0 to 7 stands for.
-fn cell_corner(index: u32) -> vec3f {
-    return vec3f(vec3u(index, index >> 1u, index >> 2u) & vec3u(1u));
+// The number of the lowest bit that is set, for which GLSL ES 3.00 has no function: the exponent of its number.
+fn lowest_bit(bits: u32) -> u32 {
+    return (bitcast<u32>(f32(bits & (~bits + 1u))) >> 23u) - 127u;
+}
+
+// The eight probes around a place, which a number from 0 to 7 stands for by a bit for each axis.
+struct Around {
+    // The first of them, and how far the place is from it to the last.
+    first: vec3f,
+    along: vec3f,
+    last: vec3f,
+    // In the texture, what the layers of the first and of the last one along Z add to their columns and rows.
+    near: vec2f,
+    far: vec2f,
+}
+
+fn around_place(grid: ProbeGrid, position_world: vec3f) -> Around {
+    let last = grid.counts.xyz - 1.0;
+    let place = clamp((position_world - grid.first.xyz) * grid.inverse.xyz, vec3f(0.0), last);
+    let first = floor(place);
+    let near = probe_cell(grid, vec3f(0.0, 0.0, first.z));
+    let far = probe_cell(grid, vec3f(0.0, 0.0, min(first.z + 1.0, last.z)));
+    return Around(first, place - first, min(first + 1.0, last), near, far);
+}
+
+// Of one of them where it is among all, and its column and row in the texture.
+struct Corner {
+    at: vec3f,
+    cell: vec2f,
+    // By how near it is.
+    share: f32,
+}
+
+fn corner_of(around: Around, index: u32) -> Corner {
+    let is_last = (vec3u(index) & vec3u(1u, 2u, 4u)) != vec3u(0u);
+    let at = select(around.first, around.last, is_last);
+    let shares = select(1.0 - around.along, around.along, is_last);
+    let layer = select(around.near, around.far, is_last.z);
+    return Corner(at, at.xy + layer, shares.x * shares.y * shares.z);
 }
 
 // Irradiance divided by pi of a grid at a place, about a direction; 0 where all probes around are off, else 1.
-fn grid_light(grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: vec3f) -> vec4f {
-    let last = grid.counts.xyz - 1.0;
-    let place = clamp((position_world - grid.first.xyz) * grid.inverse.xyz, vec3f(0.0), last);
-    let before = floor(place);
-    let along = place - before;
+fn grid_light(grid: ProbeGrid, position_world: vec3f, lookup: LightLookup, normal: vec3f) -> vec4f {
+    let around = around_place(grid, position_world);
+    // A bit for each that has a share: beside a face of the grid half of them, as on the floor of a room. Bits, and not
+    // branches, because software adapters take all of these.
+    var left = select(0x55u, 0xffu, around.along.x > 0.0) & select(0x33u, 0xffu, around.along.y > 0.0)
+        & select(0x0fu, 0xffu, around.along.z > 0.0);
     var weights: array<f32, 8>;
     var all = 0.0;
     for (var i = 0u; i < 8u; i++) {
-        let corner = cell_corner(i);
-        let shares = mix(1.0 - along, along, corner);
-        let at = min(before + corner, last);
-        let cell = probe_cell(grid, at);
-        let weight = probe_weight(grid, probe_place(probe_texel(grid, cell)), at, cell, position_world, normal)
-            * shares.x * shares.y * shares.z;
-        weights[i] = weight;
+        if left == 0u {
+            break;
+        }
+        let index = lowest_bit(left);
+        left &= left - 1u;
+        let corner = corner_of(around, index);
+        let place = probe_place(probe_texel(grid, corner.cell));
+        let weight = probe_weight(grid, place, corner.at, corner.cell, position_world, normal) * corner.share;
+        weights[index] = weight;
         all += weight;
     }
     // A bit for each that counts.
-    var left = 0u;
     for (var i = 0u; i < 8u; i++) {
         left |= select(0u, 1u << i, weights[i] > LEAST * all);
     }
@@ -162,41 +210,28 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: 
         if left == 0u {
             break;
         }
-        // The lowest bit and its number, for which GLSL ES 3.00 has no function.
-        let rest = left & (left - 1u);
-        let index = u32(log2(f32(left ^ rest)) + 0.5);
-        left = rest;
-        let at = min(before + cell_corner(index), last);
-        let texel = probe_texel(grid, probe_cell(grid, at));
+        let index = lowest_bit(left);
+        left &= left - 1u;
         // Less by as much as others lack, so that none of them begins to count at once.
         let weight = weights[index] - LEAST * all;
-        let light = probe_light_at(grid, texel, probe_place(texel), direction);
+        let light = probe_light_at(probe_texel(grid, corner_of(around, index).cell), lookup);
         counted += weight;
-        sum.a += weight * light.a;
-        sum.b += weight * light.b;
-        sum.c += weight * light.c;
-        if probe_bases != 1u {
-            sum.d += weight * light.d;
-            sum.e += weight * light.e;
-            sum.f += weight * light.f;
-            sum.g += weight * light.g;
-            sum.h += weight * light.h;
-            sum.of_source += weight * light.of_source;
-        }
+        sum.even += weight * light.even;
+        sum.of_source += weight * light.of_source;
     }
     let is_known = select(0.0, 1.0, counted > 0.0);
-    return vec4f(probe_irradiance(sum, grid, direction) * (grid.spacing.w / max(counted, 1e-20)), is_known);
+    return vec4f(probe_irradiance(sum) * (grid.spacing.w / max(counted, 1e-20)), is_known);
 }
 
 // The same of a grid by its share of what earlier ones have left, added to theirs.
-fn with_grid(light: vec4f, grid: ProbeGrid, position_world: vec3f, direction: vec3f, normal: vec3f) -> vec4f {
+fn with_grid(light: vec4f, grid: ProbeGrid, position_world: vec3f, lookup: LightLookup, normal: vec3f) -> vec4f {
     let inside_m = grid.half_m.xyz - abs(position_world - grid.center.xyz);
     let nearest_m = min(inside_m.x, min(inside_m.y, inside_m.z));
     let share = (1.0 - light.a) * clamp(nearest_m * grid.first.w, 0.0, 1.0);
     if share <= 0.0 {
         return light;
     }
-    let found = grid_light(grid, position_world, direction, normal);
+    let found = grid_light(grid, position_world, lookup, normal);
     return light + vec4f(found.rgb, 1.0) * (share * found.a);
 }
 
@@ -204,15 +239,16 @@ fn with_grid(light: vec4f, grid: ProbeGrid, position_world: vec3f, direction: ve
 // of the shares. No loop: numbers that are not
 // known when a shader is compiled make software adapters read uniforms for every pixel.
 fn probe_light(position_world: vec3f, direction: vec3f, normal: vec3f) -> vec4f {
-    var light = with_grid(vec4f(0.0), environment.probes[0], position_world, direction, normal);
+    let lookup = light_lookup(direction);
+    var light = with_grid(vec4f(0.0), environment.probes[0], position_world, lookup, normal);
     if probe_grids > 1u {
-        light = with_grid(light, environment.probes[1], position_world, direction, normal);
+        light = with_grid(light, environment.probes[1], position_world, lookup, normal);
     }
     if probe_grids > 2u {
-        light = with_grid(light, environment.probes[2], position_world, direction, normal);
+        light = with_grid(light, environment.probes[2], position_world, lookup, normal);
     }
     if probe_grids > 3u {
-        light = with_grid(light, environment.probes[3], position_world, direction, normal);
+        light = with_grid(light, environment.probes[3], position_world, lookup, normal);
     }
     return light;
 }

@@ -1,5 +1,7 @@
-// probe_capture.light: what is to be seen around a probe as the texels of its light.
-// Reads: probe_sides (the six sides beside each other), probe_columns (`sums.wgsl`). Writes: the texels of `probes.wgsl`.
+// probe_capture.light: what is to be seen around a probe as its light.
+// Reads: probe_sides (the six sides beside each other), probe_columns (`sums.wgsl`). Writes: how far the probe was moved, and
+// 1 and how wide its small source is; then six colours, or the first eight coefficients of irradiance divided by pi by the
+// polynomials below, beside which the ninth, the source's light and its direction lie in the fourth components.
 // Program: probe_light.
 
 import package::constants::PROBE_FACE_SIDE;
@@ -10,8 +12,8 @@ import package::shaders::octahedral::octahedral_from_direction;
 struct ProbeCapture {
     // How far the probe was moved; what radiance is multiplied by.
     place: vec4f,
-    // The first of its texels; 1 if light is six colours; zero.
-    corner: vec4f,
+    // 1 if light is six colours; zeros.
+    basis: vec4f,
     // The axes of the sides.
     sides: CubeSides,
     // Strong small sources of the environment: where, with the square of half their half angle, and their irradiance.
@@ -159,8 +161,8 @@ fn cube_color(face: u32) -> vec3f {
 
 @fragment
 fn fs_probe_light(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let texel = u32(position.x - probe_capture.corner.x);
-    let is_cube = probe_capture.corner.z > 0.5;
+    let texel = u32(position.x);
+    let is_cube = probe_capture.basis.x > 0.5;
     add_sides();
     let source = add_suns(!is_cube);
     // From radiance to irradiance divided by pi: squares of what makes each polynomial a harmonic, times what a cosine lobe

@@ -5,7 +5,7 @@
 //! differs: what is to be seen is drawn, not traced. Reads: radiance and linear depth of six views. Writes: texels of
 //! `probes.wgsl`.
 
-use crate::constants::{PROBE_FACE_SIDE, PROBE_TEXELS};
+use crate::constants::{PROBE_FACE_SIDE, PROBE_HEIGHT, PROBE_WIDTH};
 use crate::environment::ENVIRONMENT_FORMAT;
 use crate::environment::lobe::FACES;
 use crate::environment::suns::SUNS_MAX;
@@ -17,7 +17,7 @@ use glam::{Vec3, Vec4};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use std::f32::consts::PI;
 
-/// The coefficients of light.
+/// The coefficients of light. What is known of a probe beside eight of them takes as many texels.
 const COEFFICIENTS: u32 = 9;
 
 /// `CubeSides` of `cube_sides.wgsl`; a test compares the two layouts.
@@ -73,13 +73,21 @@ impl ProbeSums {
 struct ProbeCapture {
     /// How far the probe was moved; what radiance is multiplied by.
     place: Vec4,
-    /// The first of its texels; 1 if light is six colours; zero.
-    corner: Vec4,
+    /// 1 if light is six colours; zeros.
+    basis: Vec4,
     /// The axes of the sides.
     sides: SidesUniform,
     /// Suns of the environment.
     sun_directions: [Vec4; SUNS_MAX],
     sun_irradiances: [Vec4; SUNS_MAX],
+}
+
+/// The uniform of `texels.wgsl`; a test compares the two layouts.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct ProbeTexels {
+    /// The first texel; 1 if light is six colours; zero.
+    corner: Vec4,
 }
 
 /// The uniform of `distances.wgsl`; a test compares the two layouts.
@@ -140,16 +148,23 @@ pub(crate) fn record(
     let columns = r.texture_of("probe.columns", TextureDesc::new_2d(6 * side, COEFFICIENTS, ENVIRONMENT_FORMAT));
     let step = r.fullscreen("probe_capture.sums", "probe_sums", &[]).read("probe_sides", &all);
     let columns = step.uniform("probe_sums", &ProbeSums::new()).draw_into(columns, ColorLoad::Discard)?;
-    let [x, y] = probe.light;
+    let is_cube = if probe.is_cube { 1.0 } else { 0.0 };
     let uniform = ProbeCapture {
         place: probe.offset_m.extend(probe.scale),
-        corner: Vec4::new(x as f32, y as f32, if probe.is_cube { 1.0 } else { 0.0 }, 0.0),
+        basis: Vec4::X * is_cube,
         sides: SidesUniform::new(),
         sun_directions: probe.sun_directions,
         sun_irradiances: probe.sun_irradiances,
     };
+    // How it was moved, and what is known of its light.
+    let found = r.texture_of("probe.light", TextureDesc::new_2d(COEFFICIENTS, 1, ENVIRONMENT_FORMAT));
     let step = r.fullscreen("probe_capture.light", "probe_light", &[]).read("probe_sides", &all);
-    let step = step.read("probe_columns", &columns).uniform("probe_capture", &uniform).within([x, y, PROBE_TEXELS, 1]);
+    let step = step.read("probe_columns", &columns).uniform("probe_capture", &uniform);
+    let found = step.draw_into(found, ColorLoad::Discard)?;
+    let [x, y] = probe.light;
+    let corner = Vec4::new(x as f32, y as f32, is_cube, 0.0);
+    let step = r.fullscreen("probe_capture.texels", "probe_texels", &[]).read("probe_found", &found);
+    let step = step.uniform("probe_texels", &ProbeTexels { corner }).within([x, y, PROBE_WIDTH, PROBE_HEIGHT]);
     let target = step.draw_into(target, ColorLoad::Keep)?;
     let [x, y] = probe.distances;
     let corner = Vec4::new(x as f32, y as f32, probe.distance_max_m, 0.0);
@@ -172,8 +187,9 @@ mod tests {
             "probe_light",
             "ProbeCapture",
             ProbeCapture,
-            [place, corner, sides, sun_directions, sun_irradiances]
+            [place, basis, sides, sun_directions, sun_irradiances]
         );
+        assert_same_layout!("probe_texels", "ProbeTexels", ProbeTexels, [corner]);
         assert_same_layout!("probe_distances", "ProbeDistances", ProbeDistances, [corner, sides]);
     }
 }

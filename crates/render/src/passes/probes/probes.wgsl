@@ -4,7 +4,9 @@
 // Program: probes.
 
 import package::shaders::environment_uniform::environment;
-import package::shaders::probes::{probe_cell, probe_grids, probe_irradiance, probe_light_at, probe_place, probe_texel};
+import package::shaders::probes::{
+    light_lookup, probe_cell, probe_grids, probe_irradiance, probe_light_at, probe_place, probe_texel,
+};
 import package::view::{direction_to_eye_world, position_world_from_pixel, ray_direction_world_from_pixel, view};
 
 // Radii as shares of the least distance between probes.
@@ -70,6 +72,6 @@ fn fs_probes(in: SphereVarying) -> @location(0) vec4f {
     let grid = environment.probes[in.grid];
     let texel = probe_texel(grid, probe_cell(grid, in.at));
     let place = probe_place(texel);
-    let light = probe_irradiance(probe_light_at(grid, texel, place, normal), grid, normal) * grid.spacing.w;
+    let light = probe_irradiance(probe_light_at(texel, light_lookup(normal))) * grid.spacing.w;
     return vec4f(select(OFF * (0.5 + 0.5 * normal.y), light, place.a > 0.5), 1.0);
 }
