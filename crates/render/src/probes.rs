@@ -25,8 +25,10 @@ pub(crate) const TILE_SIDE: u32 = PROBE_DISTANCE_SIDE + 2;
 pub(crate) const PROBE_GRIDS: &str = "probe_grids";
 /// And the one that says that the light of some has small sources apart.
 pub(crate) const PROBE_SOURCES: &str = "probe_sources";
+/// And the one that says how exactly the device filters ([`crate::gpu::Capabilities::filters_exactly`]).
+pub(crate) const FILTERS_EXACTLY: &str = "filters_exactly";
 
-/// The largest coefficient is so large in the texture, whose half floats end at 65,504.
+/// The largest number is so large in the texture, whose half floats end at 65,504.
 const LARGEST: f32 = 32_768.0;
 
 /// Distances and offsets are so large at the most, in metres.
@@ -81,14 +83,11 @@ pub(crate) fn faults(scene: &Scene) -> Vec<String> {
     scene.probes.iter().filter(has_none).map(said).collect()
 }
 
-/// Whether the light of grids has small sources apart, as [`PROBE_SOURCES`] says it.
-pub(crate) fn have_sources(grids: &[&ProbeGrid]) -> bool {
-    let has_source = |probe: &Probe| probe.light.source().irradiance != Vec3::ZERO;
-    let has_sources = |grid: &&ProbeGrid| {
-        let is_known = || grid.probes.iter().any(|probes| probes.iter().any(has_source));
-        grid.basis == ProbeBasis::Harmonics && (grid.live.is_some() || is_known())
-    };
-    grids.iter().any(has_sources)
+/// Whether the light of a grid has small sources apart, as [`PROBE_SOURCES`] says it.
+pub(crate) fn has_sources(grid: &ProbeGrid) -> bool {
+    let has_source = |probe: &Probe| probe.is_on && probe.light.source().irradiance != Vec3::ZERO;
+    let is_known = || grid.probes.iter().any(|probes| probes.iter().any(has_source));
+    grid.basis == ProbeBasis::Harmonics && (grid.live.is_some() || is_known())
 }
 
 /// Where the texels of a grid lie within those of all.
@@ -163,6 +162,8 @@ pub(crate) struct PlacedGrid {
     pub scale: f32,
     /// Which of the two lights of a live grid frames read.
     pub light: usize,
+    /// See [`has_sources`].
+    pub has_sources: bool,
 }
 
 /// The texels of a grid, as rectangles of half floats.
@@ -176,45 +177,45 @@ pub(crate) struct GridTexels {
     pub scale: f32,
 }
 
-/// Irradiance of a probe divided by pi, but for its small source, as the square form of (x, y, z, 1) by the signs of a normal's
-/// x, y and z, of which a bit each says that it is below 0: the number in a row and a column. With the signs in the form it is
-/// one of the normal's absolute values (Ramamoorthi & Hanrahan 2001, section 3.2).
-fn form(light: &ProbeLight, signs: usize, row: usize, column: usize) -> Vec3 {
-    let sign = |axis: usize| if signs >> axis & 1 == 1 { -1.0 } else { 1.0 };
-    match light {
-        ProbeLight::AmbientCube(cube) if row == column && row < 3 => cube.0[2 * row + (signs >> row & 1)],
-        ProbeLight::AmbientCube(_) => Vec3::ZERO,
-        ProbeLight::Harmonics(light, _) => {
-            let [one, y, z, x, xy, yz, zz, xz, difference] = light.irradiance_polynomial();
-            let unsigned = match (row.min(column), row.max(column)) {
-                (0, 0) => difference,
-                (1, 1) => -difference,
-                (2, 2) => 3.0 * zz,
-                (0, 1) => 0.5 * xy,
-                (1, 2) => 0.5 * yz,
-                (0, 2) => 0.5 * xz,
-                (0, _) => 0.5 * x,
-                (1, _) => 0.5 * y,
-                (2, _) => 0.5 * z,
-                _ => one - zz,
-            };
-            unsigned * sign(row) * sign(column)
+/// Irradiance of a probe divided by pi, but for its small source, as a square form of (x, y, z, 1), where x, y and z are the
+/// absolute values of a normal's and their signs are in the form (Ramamoorthi & Hanrahan 2001, section 3.2).
+enum Form {
+    /// Rows and columns for a normal without signs.
+    Polynomial([[Vec3; 4]; 4]),
+    Cube([Vec3; 6]),
+}
+
+impl Form {
+    fn new(light: &ProbeLight) -> Self {
+        match light {
+            ProbeLight::AmbientCube(cube) => Self::Cube(cube.0),
+            ProbeLight::Harmonics(light, _) => {
+                let [one, y, z, x, xy, yz, zz, xz, difference] = light.irradiance_polynomial();
+                let [x, y, z, xy, yz, xz] = [x, y, z, xy, yz, xz].map(|value| 0.5 * value);
+                Self::Polynomial([
+                    [difference, xy, xz, x],
+                    [xy, -difference, yz, y],
+                    [xz, yz, 3.0 * zz, z],
+                    [x, y, z, one - zz],
+                ])
+            }
+        }
+    }
+
+    /// The number in a row and a column. Of `signs` a bit each says that a normal's x, y and z are below 0.
+    fn at(&self, signs: usize, row: usize, column: usize) -> Vec3 {
+        let is_below = |axis: usize| signs >> axis & 1;
+        match self {
+            Self::Polynomial(rows) if is_below(row) != is_below(column) => -rows[row][column],
+            Self::Polynomial(rows) => rows[row][column],
+            Self::Cube(colors) if row == column && row < 3 => colors[2 * row + is_below(row)],
+            Self::Cube(_) => Vec3::ZERO,
         }
     }
 }
 
-/// By what the light of a grid is divided in the texture.
-fn scale_of(probes: &[Probe]) -> f32 {
-    let largest = |probe: &Probe| {
-        let texels = (0..PROBE_HEIGHT - 1).flat_map(|y| (0..PROBE_WIDTH).map(move |x| (x, y)));
-        texels.fold(0f32, |most, (x, y)| most.max(light_texel(probe, x, y).abs().max_element()))
-    };
-    let most = probes.iter().filter(|probe| probe.is_on).map(largest).fold(0f32, f32::max);
-    if most > 0.0 && most.is_finite() { (most / LARGEST).max(f32::MIN_POSITIVE) } else { 1.0 }
-}
-
-/// Of blocks of 2 x 2 texels, seven beside each other: which rows and columns of [`form`] each has, and by which signs. Four
-/// are of x and y by their signs, two of z and 1, and eight of both.
+/// Of blocks of 2 x 2 texels: which rows and columns of a [`Form`] each has, and by which signs. Four are of x and y by their
+/// signs, two of z and 1, and eight of both.
 fn block_of(x: u32, y: u32) -> (usize, usize, usize) {
     let (block, row, column) = (x / 2 + PROBE_WIDTH / 2 * (y / 2), y % 2, x % 2);
     let (signs, row, column) = match block {
@@ -225,16 +226,27 @@ fn block_of(x: u32, y: u32) -> (usize, usize, usize) {
     (signs as usize, row as usize, column as usize)
 }
 
-/// A texel of a probe's light by its column and row, but for those of the last row; its small source's in the fourth component.
-fn light_texel(probe: &Probe, x: u32, y: u32) -> Vec4 {
-    let (signs, row, column) = block_of(x, y);
-    let source = probe.light.source().irradiance / PI;
-    let of_source = match (row < 2, column < 2) {
-        (true, true) => source.x,
-        (false, false) => source.y,
-        _ => source.z,
-    };
-    form(&probe.light, signs, row, column).extend(of_source)
+/// The texels of a probe's light in rows, but for the last one; its small source's in the fourth component.
+fn light_texels(light: &ProbeLight) -> impl Iterator<Item = Vec4> + use<> {
+    let (form, source) = (Form::new(light), light.source().irradiance / PI);
+    let places = (0..PROBE_HEIGHT - 1).flat_map(|y| (0..PROBE_WIDTH).map(move |x| (x, y)));
+    places.map(move |(x, y)| {
+        let (signs, row, column) = block_of(x, y);
+        let of_source = match (row < 2, column < 2) {
+            (true, true) => source.x,
+            (false, false) => source.y,
+            _ => source.z,
+        };
+        form.at(signs, row, column).extend(of_source)
+    })
+}
+
+/// By what the light of a grid is divided in the texture.
+fn scale_of(probes: &[Probe]) -> f32 {
+    let largest =
+        |probe: &Probe| light_texels(&probe.light).fold(0f32, |most, texel| most.max(texel.abs().max_element()));
+    let most = probes.iter().filter(|probe| probe.is_on).map(largest).fold(0f32, f32::max);
+    if most > 0.0 && most.is_finite() { (most / LARGEST).max(f32::MIN_POSITIVE) } else { 1.0 }
 }
 
 /// A texel of the last row: how far a probe was moved, and whether it is on; where its small source is, and how wide.
@@ -279,14 +291,12 @@ pub(crate) fn grid_texels(grid: &ProbeGrid, place: &GridPlace, probes: &[Probe],
     let half = |value: Vec4| value.to_array().map(f16::from_f32);
     for (index, probe) in probes.iter().enumerate() {
         let (column, row) = place.cell(grid.counts, index as u32);
+        let of_light = light_texels(&probe.light).map(|texel| if probe.is_on { texel / scale } else { Vec4::ZERO });
+        let mut texels = of_light.chain((0..PROBE_WIDTH).map(|x| place_texel(probe, x)));
         for line in 0..PROBE_HEIGHT {
             let first = ((row * PROBE_HEIGHT + line) * width + column * PROBE_WIDTH) as usize;
-            for (x, texel) in (0..PROBE_WIDTH).zip(&mut light[first..]) {
-                *texel = half(match probe.is_on {
-                    _ if line == PROBE_HEIGHT - 1 => place_texel(probe, x),
-                    true => light_texel(probe, x, line) / scale,
-                    false => Vec4::ZERO,
-                });
+            for (texel, value) in light[first..].iter_mut().zip(texels.by_ref().take(PROBE_WIDTH as usize)) {
+                *texel = half(value);
             }
         }
         for line in 0..TILE_SIDE {
@@ -303,7 +313,7 @@ pub(crate) fn grid_texels(grid: &ProbeGrid, place: &GridPlace, probes: &[Probe],
 impl ProbesUniform {
     /// Of a grid whose texels lie behind a corner of the texture.
     pub(crate) fn new(grid: &ProbeGrid, [x, y]: [u32; 2], placed: &PlacedGrid) -> Self {
-        let PlacedGrid { place, scale, light } = *placed;
+        let PlacedGrid { place, scale, light, .. } = *placed;
         let spacing_m = grid.spacing_m();
         let (half_m, per_fade_m) = fading_box(&grid.region, grid.fade_m);
         let corner = |[a, b]: [u32; 2]| Vec2::new((x + a) as f32, (y + b) as f32);
@@ -371,8 +381,48 @@ mod tests {
             }
         }
         assert_eq!(bottom, layout.size.1);
+        // As large as a grid may be, on what every device has.
+        let (width, height) = ProbeLayout::new(&[&grid([25, 26, 25])]).size;
+        assert!(width.max(height) <= 4096, "{width} {height}");
         let (width, height) = ProbeLayout::new(&[&grids[0]]).size;
         assert!(width.max(height) <= 1216, "{width} {height}");
+    }
+
+    /// The twin of `light_lookup` and `probe_light_at` of `probes.wgsl`.
+    fn looked_up(texels: &[Vec4], direction: Vec3) -> Vec4 {
+        let (v, below) = (direction.abs(), direction.to_array().map(|value| u32::from(value < 0.0)));
+        let (sides, height) = (v.x + v.y, v.z + 1.0);
+        let between = Vec2::new(v.y / sides.max(1e-6), height.recip());
+        let quarter = below[0] + 2 * below[1];
+        let within = |block: u32, across: f32, down: f32| {
+            let (x, y) = (2 * (block % 7), 2 * (block / 7));
+            let texel = |a: u32, b: u32| texels[((y + b) * PROBE_WIDTH + x + a) as usize];
+            texel(0, 0).lerp(texel(1, 0), across).lerp(texel(0, 1).lerp(texel(1, 1), across), down)
+        };
+        within(quarter, between.x, between.x) * sides * sides
+            + within(4 + below[2], between.y, between.y) * height * height
+            + within(6 + quarter + 4 * below[2], between.y, between.x) * (2.0 * sides * height)
+    }
+
+    #[test]
+    fn lookups_find_the_light_of_all_normals() {
+        let mut light = Harmonics::default();
+        light.add(Vec3::new(0.6, -0.48, 0.64), Vec3::new(3.0, 2.0, 1.0));
+        light.add(Vec3::new(-0.36, 0.48, -0.8), Vec3::new(0.5, 1.0, 4.0));
+        for basis in [ProbeBasis::Harmonics, ProbeBasis::AmbientCube] {
+            let light = ProbeLight::new(&light, SmallSource::default(), basis);
+            let texels: Vec<Vec4> = light_texels(&light).collect();
+            for sides in 0..27 {
+                let of = |axis: u32| (sides / 3i32.pow(axis) % 3 - 1) as f32 * [1.0, 0.7, 0.4][axis as usize];
+                let normal = Vec3::new(of(0), of(1), of(2)).normalize_or_zero();
+                if normal == Vec3::ZERO {
+                    continue;
+                }
+                let (found, expected) =
+                    (looked_up(&texels, normal).truncate().max(Vec3::ZERO), light.irradiance(normal));
+                assert!((found - expected).abs().max_element() < 1e-4, "{basis:?} {normal}: {found} for {expected}");
+            }
+        }
     }
 
     #[test]

@@ -26,6 +26,8 @@ pub struct Capabilities {
     /// Whether shading costs so much beside drawing triangles that few of them are drawn twice, once for depth alone:
     /// so on software adapters, which shade whole blocks of pixels for the edge of a triangle.
     pub depth_first: bool,
+    /// Textures are filtered as exactly as numbers are multiplied, and not by 1/256 of a texel.
+    pub filters_exactly: bool,
     /// Whether passes may look at the depth that they test against; on OpenGL and WebGL 2 that is feedback.
     pub samples_attached_depth: bool,
     /// Whether uniforms may have any size; otherwise (WebGL 2) it is a multiple of 16 bytes.
@@ -92,6 +94,7 @@ impl Capabilities {
             anisotropy: !is_software
                 && adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::ANISOTROPIC_FILTERING),
             depth_first: is_software,
+            filters_exactly: is_software,
             samples_attached_depth: adapter.get_info().backend != wgpu::Backend::Gl,
             uniforms_of_any_size: adapter
                 .get_downlevel_capabilities()

@@ -3,8 +3,8 @@
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::probes::{
-    GridPlace, PROBE_GRIDS, PROBE_SOURCES, PlacedGrid, ProbeLayout, ProbesUniform, ProbesUniforms, grid_texels,
-    have_sources, unlit,
+    FILTERS_EXACTLY, GridPlace, PROBE_GRIDS, PROBE_SOURCES, PlacedGrid, ProbeLayout, ProbesUniform, ProbesUniforms,
+    grid_texels, has_sources, unlit,
 };
 use crate::shader::program::Constant;
 use bytemuck::Zeroable as _;
@@ -40,6 +40,7 @@ struct Written {
     live: Option<LiveProbes>,
     /// What its light was divided by.
     scale: f32,
+    has_sources: bool,
     /// Which of the two lights of a live grid frames read.
     light: usize,
     /// How many of its probes frames have looked around, and around how many they still do.
@@ -60,24 +61,28 @@ pub(super) struct DueProbe {
 pub(super) struct PlacedProbes {
     /// For radiance that is not pre-exposed.
     uniforms: ProbesUniforms,
-    have_sources: bool,
+    filters_exactly: bool,
     pub grids: Vec<PlacedGrid>,
 }
 
 impl PlacedProbes {
-    fn new(grids: &[&ProbeGrid], corner: [u32; 2], placed: Vec<PlacedGrid>) -> Self {
+    fn new(gpu: &Gpu, grids: &[&ProbeGrid], corner: [u32; 2], placed: Vec<PlacedGrid>) -> Self {
         let mut uniforms = ProbesUniforms::zeroed();
         for (uniform, (grid, of)) in uniforms.iter_mut().zip(grids.iter().zip(&placed)) {
             *uniform = ProbesUniform::new(grid, corner, of);
         }
-        Self { uniforms, have_sources: have_sources(grids), grids: placed }
+        Self { uniforms, filters_exactly: gpu.capabilities.filters_exactly, grids: placed }
     }
 
     /// Of a frame that is planned only.
-    pub fn of_plan(layout: &ProbeLayout, grids: &[&ProbeGrid]) -> Self {
-        let of_place = |place: &GridPlace| PlacedGrid { place: *place, scale: 1.0, light: 0 };
-        let placed = layout.places.iter().map(of_place);
-        Self::new(grids, [0, 0], placed.collect())
+    pub fn of_plan(gpu: &Gpu, layout: &ProbeLayout, grids: &[&ProbeGrid]) -> Self {
+        let placed = layout.places.iter().zip(grids).map(|(place, grid)| PlacedGrid {
+            place: *place,
+            scale: 1.0,
+            light: 0,
+            has_sources: has_sources(grid),
+        });
+        Self::new(gpu, grids, [0, 0], placed.collect())
     }
 
     /// Puts them into the uniform of a view's environment, whose radiance is pre-exposed.
@@ -88,9 +93,15 @@ impl PlacedProbes {
         }
     }
 
-    /// What pipelines know of them.
+    /// What pipelines know of them, and of the device.
     pub fn constants(&self) -> impl Iterator<Item = Constant> + use<> {
-        let constants = [(PROBE_GRIDS, self.grids.len() as u32), (PROBE_SOURCES, u32::from(self.have_sources))];
+        let have_sources = self.grids.iter().any(|grid| grid.has_sources);
+        let filters_exactly = !self.grids.is_empty() && self.filters_exactly;
+        let constants = [
+            (PROBE_GRIDS, self.grids.len() as u32),
+            (PROBE_SOURCES, u32::from(have_sources)),
+            (FILTERS_EXACTLY, u32::from(filters_exactly)),
+        ];
         constants.into_iter().filter(|(_, value)| *value > 0)
     }
 }
@@ -120,7 +131,7 @@ fn in_turn(done: usize, count: usize) -> usize {
 
 impl Written {
     fn placed(&self, place: &GridPlace) -> PlacedGrid {
-        PlacedGrid { place: *place, scale: self.scale, light: self.light }
+        PlacedGrid { place: *place, scale: self.scale, light: self.light, has_sources: self.has_sources }
     }
 
     fn is_of(&self, grid: &ProbeGrid) -> bool {
@@ -266,6 +277,7 @@ impl ProbeTexels {
                     probes: grid.probes.clone(),
                     live: grid.live,
                     scale: texels.scale,
+                    has_sources: has_sources(grid),
                     light: 0,
                     done: 0,
                     left: grid.count() * bounces,
@@ -273,7 +285,7 @@ impl ProbeTexels {
             }
         }
         let placed = self.written.iter().zip(&layout.places).map(|(written, place)| written.placed(place));
-        PlacedProbes::new(grids, corner, placed.collect())
+        PlacedProbes::new(gpu, grids, corner, placed.collect())
     }
 }
 

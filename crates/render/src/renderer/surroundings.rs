@@ -309,7 +309,7 @@ impl Renderer {
                 &grids,
                 request.pre_exposure(),
             ),
-            _ => PlacedProbes::of_plan(&layout, &grids),
+            _ => PlacedProbes::of_plan(&self.gpu, &layout, &grids),
         };
         // Nobody looks at that of a plan.
         let view = match &state.texture {

@@ -11,9 +11,11 @@ import package::shaders::shading::linear_clamp;
 override probe_grids: u32 = 0u;
 // 1 if the light of some of them has small sources apart.
 override probe_sources: u32 = 0u;
+// 1 where textures are filtered as exactly as numbers are multiplied, as software adapters do. Others go by 1/256 of a texel.
+override filters_exactly: u32 = 0u;
 
 // Probes that lie behind a surface count so much, and those that see it hardly are crushed below the second. Those with less
-// than the third of all do not count at all, so that their light need not be read.
+// than `LEAST` of the sum of all do not count at all, so that their light need not be read.
 const BEHIND: f32 = 0.05;
 const CRUSHED: f32 = 0.2;
 const LEAST: f32 = 0.02;
@@ -42,57 +44,72 @@ fn probe_place(texel: vec2f) -> vec4f {
 // and (c, d), what bilinear filtering finds between the 2 x 2 texels of a block of Q, at b / (a + b) and d / (c + d), is their
 // share of that divided by (a + b) (c + d): three lookups find all sixteen products.
 struct LightLookup {
-    // Of |x|, |y| by themselves, of |z|, 1 by themselves, and of both: places from the first texel of a probe, in texels.
+    // The first texels of the blocks of |x|, |y| by themselves, of |z|, 1 by themselves, and of both, from that of a probe on.
     of_sides: vec2f,
     of_height: vec2f,
     of_both: vec2f,
+    // How far from the first to the second number of each pair.
+    between: vec2f,
     // What the three are multiplied by.
     shares: vec3f,
-    normal: vec3f,
+    direction: vec3f,
 }
 
-// The first texel of a block of which seven lie beside each other.
+// The first texel of a block.
 fn light_block(index: f32) -> vec2f {
-    let row = floor((index + 0.5) * (1.0 / 7.0));
-    return vec2f(2.0 * (index - 7.0 * row), 2.0 * row);
+    let beside = f32(PROBE_WIDTH / 2u);
+    let row = floor((index + 0.5) / beside);
+    return vec2f(2.0 * (index - beside * row), 2.0 * row);
 }
 
-fn light_lookup(normal: vec3f) -> LightLookup {
-    let v = abs(normal);
-    let below = select(vec3f(0.0), vec3f(1.0), normal < vec3f(0.0));
+fn light_lookup(direction: vec3f) -> LightLookup {
+    let v = abs(direction);
+    let below = select(vec3f(0.0), vec3f(1.0), direction < vec3f(0.0));
     let quarter = below.x + 2.0 * below.y;
     let sums = vec2f(v.x + v.y, v.z + 1.0);
-    let between = vec2f(v.y / max(sums.x, 1e-6), 1.0 / sums.y) + 0.5;
     var lookup: LightLookup;
-    lookup.of_sides = light_block(quarter) + between.xx;
-    lookup.of_height = light_block(4.0 + below.z) + between.yy;
-    lookup.of_both = light_block(6.0 + quarter + 4.0 * below.z) + between.yx;
+    lookup.of_sides = light_block(quarter);
+    lookup.of_height = light_block(4.0 + below.z);
+    lookup.of_both = light_block(6.0 + quarter + 4.0 * below.z);
+    lookup.between = vec2f(v.y / max(sums.x, 1e-6), 1.0 / sums.y);
     lookup.shares = vec3f(sums.x * sums.x, sums.y * sums.y, 2.0 * sums.x * sums.y);
-    lookup.normal = normal;
+    lookup.direction = direction;
     return lookup;
 }
 
-fn light_texel(place: vec2f) -> vec4f {
-    return textureSampleLevel(environment_tiles, linear_clamp, place * environment.picture_backdrop.zw, 0.0);
+// What lies between the texels of a block.
+fn within_block(first: vec2f, between: vec2f) -> vec4f {
+    if filters_exactly != 0u {
+        let place = first + between + 0.5;
+        return textureSampleLevel(environment_tiles, linear_clamp, place * environment.picture_backdrop.zw, 0.0);
+    }
+    let texel = vec2i(first);
+    let upper = mix(textureLoad(environment_tiles, texel, 0), textureLoad(environment_tiles, texel + vec2i(1, 0), 0), between.x);
+    let lower = mix(
+        textureLoad(environment_tiles, texel + vec2i(0, 1), 0),
+        textureLoad(environment_tiles, texel + vec2i(1, 1), 0),
+        between.x,
+    );
+    return mix(upper, lower, between.y);
 }
 
 // Light of a probe on a normal, or of several added up: irradiance divided by pi, as polynomials have it and as a small source.
 struct ProbeLight {
-    even: vec3f,
+    of_polynomial: vec3f,
     of_source: vec3f,
 }
 
 fn probe_light_at(texel: vec2f, lookup: LightLookup) -> ProbeLight {
-    let of_sides = light_texel(texel + lookup.of_sides);
-    let of_height = light_texel(texel + lookup.of_height);
-    let of_both = light_texel(texel + lookup.of_both);
+    let of_sides = within_block(texel + lookup.of_sides, lookup.between.xx);
+    let of_height = within_block(texel + lookup.of_height, lookup.between.yy);
+    let of_both = within_block(texel + lookup.of_both, lookup.between.yx);
     let shares = lookup.shares;
     var light: ProbeLight;
-    light.even = of_sides.rgb * shares.x + of_height.rgb * shares.y + of_both.rgb * shares.z;
+    light.of_polynomial = of_sides.rgb * shares.x + of_height.rgb * shares.y + of_both.rgb * shares.z;
     if probe_sources != 0u {
         // Of a disc of some spread the horizon leaves a part.
         let source = textureLoad(environment_tiles, vec2i(texel) + vec2i(1, i32(PROBE_HEIGHT) - 1), 0);
-        let cosine = dot(source.xyz, lookup.normal);
+        let cosine = dot(source.xyz, lookup.direction);
         let spread = max(source.a, 1e-3);
         let above = max(cosine + spread, 0.0);
         let share = select(cosine, above * above / (4.0 * spread), cosine < spread);
@@ -103,7 +120,7 @@ fn probe_light_at(texel: vec2f, lookup: LightLookup) -> ProbeLight {
 
 // Irradiance divided by pi, in the units of the grid.
 fn probe_irradiance(light: ProbeLight) -> vec3f {
-    return max(light.even, vec3f(0.0)) + light.of_source;
+    return max(light.of_polynomial, vec3f(0.0)) + light.of_source;
 }
 
 // The share of a probe's light that comes from before a place, by how far surfaces are from the probe in its direction
@@ -216,7 +233,7 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, lookup: LightLookup, norma
         let weight = weights[index] - LEAST * all;
         let light = probe_light_at(probe_texel(grid, corner_of(around, index).cell), lookup);
         counted += weight;
-        sum.even += weight * light.even;
+        sum.of_polynomial += weight * light.of_polynomial;
         sum.of_source += weight * light.of_source;
     }
     let is_known = select(0.0, 1.0, counted > 0.0);

@@ -643,7 +643,7 @@ pub(super) const PROBES: StageTable = StageTable {
         key(
             "basis",
             StageType::Word(&crate::probes::ProbeBasis::NAMES),
-            "How light is known at a place: by spherical harmonics of order 2, or by six colours, which cost less and are coarser; harmonics.",
+            "How light is known at a place: by spherical harmonics of order 2, or by six colours, which are smaller in the file and coarser; harmonics.",
         ),
         key(
             "live",

@@ -1,6 +1,6 @@
 // probe_capture.light: what is to be seen around a probe as its light.
 // Reads: probe_sides (the six sides beside each other), probe_columns (`sums.wgsl`). Writes: how far the probe was moved, and
-// 1 and how wide its small source is; then six colours, or the first eight coefficients of irradiance divided by pi by the
+// how wide its small source is; then six colours, or the first eight coefficients of irradiance divided by pi by the
 // polynomials below, beside which the ninth, the source's light and its direction lie in the fourth components.
 // Program: probe_light.
 
@@ -175,7 +175,7 @@ fn fs_probe_light(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     if texel == 0u {
         let spread = select(min(2.0 * sqrt(source.direction.w), 0.5), 0.0, is_cube);
-        return vec4f(probe_capture.place.xyz, 1.0 + spread);
+        return vec4f(probe_capture.place.xyz, spread);
     }
     let index = texel - 1u;
     if is_cube {

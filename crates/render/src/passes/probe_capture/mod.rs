@@ -17,8 +17,11 @@ use glam::{Vec3, Vec4};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use std::f32::consts::PI;
 
-/// The coefficients of light. What is known of a probe beside eight of them takes as many texels.
+/// The coefficients of light.
 const COEFFICIENTS: u32 = 9;
+
+/// The texels of what is found of a probe's light: eight coefficients or six colours, and what else is known before them.
+const FOUND_TEXELS: u32 = 9;
 
 /// `CubeSides` of `cube_sides.wgsl`; a test compares the two layouts.
 #[repr(C)]
@@ -156,8 +159,7 @@ pub(crate) fn record(
         sun_directions: probe.sun_directions,
         sun_irradiances: probe.sun_irradiances,
     };
-    // How it was moved, and what is known of its light.
-    let found = r.texture_of("probe.light", TextureDesc::new_2d(COEFFICIENTS, 1, ENVIRONMENT_FORMAT));
+    let found = r.texture_of("probe.light", TextureDesc::new_2d(FOUND_TEXELS, 1, ENVIRONMENT_FORMAT));
     let step = r.fullscreen("probe_capture.light", "probe_light", &[]).read("probe_sides", &all);
     let step = step.read("probe_columns", &columns).uniform("probe_capture", &uniform);
     let found = step.draw_into(found, ColorLoad::Discard)?;

@@ -2,7 +2,7 @@
 // Reads: probe_found (`light.wgsl`). Writes: the texels of `probes.wgsl`.
 // Program: probe_texels.
 
-import package::constants::PROBE_HEIGHT;
+import package::constants::{PROBE_HEIGHT, PROBE_WIDTH};
 import package::shaders::octahedral::direction_from_octahedral;
 
 struct ProbeTexels {
@@ -46,11 +46,11 @@ fn fs_probe_texels(@builtin(position) position: vec4f) -> @location(0) vec4f {
     if place.y + 1u == PROBE_HEIGHT {
         let of_place = found(0u);
         let towards = direction_from_octahedral(vec2f(found(7u).a, found(8u).a));
-        let source = select(vec4f(towards, of_place.a - 1.0), vec4f(0.0), is_cube);
+        let source = select(vec4f(towards, of_place.a), vec4f(0.0), is_cube);
         return select(vec4f(0.0), select(source, vec4f(of_place.xyz, 1.0), place.x == 0u), place.x < 2u);
     }
     // Which block, and by that of which signs, and which rows and columns of the form.
-    let block = place.x / 2u + 7u * (place.y / 2u);
+    let block = place.x / 2u + PROBE_WIDTH / 2u * (place.y / 2u);
     let of_height = block == 4u || block == 5u;
     let of_both = block >= 6u;
     let signs = select(select(block, (block - 4u) << 2u, of_height), block - 6u, of_both);
