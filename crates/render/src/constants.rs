@@ -45,6 +45,8 @@ shared_constants! {
     /// 1 − exp(−x).
     CURVE_EXPONENTIAL: u32 = 5;
 
+    /// What half floats hold, with room to spare for rounding: they end at 65,504.
+    HALF_LARGEST: f32 = 60000.0;
     /// How many texels of a probe's light lie beside each other.
     PROBE_WIDTH: u32 = 14;
     /// And how many below each other.

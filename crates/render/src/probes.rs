@@ -395,7 +395,8 @@ mod tests {
         let between = Vec2::new(v.y / sides.max(1e-6), height.recip());
         let quarter = below[0] + 2 * below[1];
         let within = |block: u32, across: f32, down: f32| {
-            let (x, y) = (2 * (block % 7), 2 * (block / 7));
+            let beside = PROBE_WIDTH / 2;
+            let (x, y) = (2 * (block % beside), 2 * (block / beside));
             let texel = |a: u32, b: u32| texels[((y + b) * PROBE_WIDTH + x + a) as usize];
             texel(0, 0).lerp(texel(1, 0), across).lerp(texel(0, 1).lerp(texel(1, 1), across), down)
         };

@@ -4,7 +4,7 @@
 // polynomials below, beside which the ninth, the source's light and its direction lie in the fourth components.
 // Program: probe_light.
 
-import package::constants::PROBE_FACE_SIDE;
+import package::constants::{HALF_LARGEST, PROBE_FACE_SIDE};
 import package::shaders::brdf::PI;
 import package::shaders::cube_sides::{CubeSides, texel_of_direction};
 import package::shaders::octahedral::octahedral_from_direction;
@@ -33,9 +33,6 @@ const NORMALS: u32 = 64u;
 
 // Under it even the light of a single point is nowhere below 0.
 const WINDOW_MAX: f32 = 0.16;
-
-// Half floats end beyond.
-const LARGEST: f32 = 60000.0;
 
 // Of a direction 1, y, z, x, xy, yz, 3 z² - 1, xz, x² - y²; and the coefficients of light by these.
 var<private> basis: array<f32, 9>;
@@ -179,7 +176,7 @@ fn fs_probe_light(@builtin(position) position: vec4f) -> @location(0) vec4f {
     }
     let index = texel - 1u;
     if is_cube {
-        return vec4f(min(cube_color(index), vec3f(LARGEST)), 0.0);
+        return vec4f(min(cube_color(index), vec3f(HALF_LARGEST)), 0.0);
     }
     let strength = window_strength();
     let first = 1.0 / (1.0 + strength);
@@ -191,5 +188,5 @@ fn fs_probe_light(@builtin(position) position: vec4f) -> @location(0) vec4f {
     var others = array<f32, 8>(
         ninth.r, ninth.g, ninth.b, of_source.r, of_source.g, of_source.b, towards.x, towards.y
     );
-    return clamp(vec4f(light[index] * window, others[index]), vec4f(-LARGEST), vec4f(LARGEST));
+    return clamp(vec4f(light[index] * window, others[index]), vec4f(-HALF_LARGEST), vec4f(HALF_LARGEST));
 }

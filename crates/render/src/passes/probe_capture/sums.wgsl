@@ -3,7 +3,7 @@
 // texels in each texel, a polynomial in each row.
 // Program: probe_sums.
 
-import package::constants::PROBE_FACE_SIDE;
+import package::constants::{HALF_LARGEST, PROBE_FACE_SIDE};
 import package::shaders::cube_sides::{CubeSides, side_direction};
 
 struct ProbeSums {
@@ -15,9 +15,6 @@ struct ProbeSums {
 
 @group(1) @binding(0) var probe_sides: texture_2d<f32>;
 @group(1) @binding(1) var<uniform> probe_sums: ProbeSums;
-
-// Half floats end beyond.
-const HALF_LARGEST: f32 = 60000.0;
 
 // 1, y, z, x, xy, yz, 3 z² - 1, xz or x² - y².
 fn polynomial(index: u32, d: vec3f) -> f32 {

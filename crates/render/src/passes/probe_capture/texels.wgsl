@@ -2,7 +2,7 @@
 // Reads: probe_found (`light.wgsl`). Writes: the texels of `probes.wgsl`.
 // Program: probe_texels.
 
-import package::constants::{PROBE_HEIGHT, PROBE_WIDTH};
+import package::constants::{HALF_LARGEST, PROBE_HEIGHT, PROBE_WIDTH};
 import package::shaders::octahedral::direction_from_octahedral;
 
 struct ProbeTexels {
@@ -12,9 +12,6 @@ struct ProbeTexels {
 
 @group(1) @binding(0) var probe_found: texture_2d<f32>;
 @group(1) @binding(1) var<uniform> probe_texels: ProbeTexels;
-
-// Half floats end beyond.
-const FORM_LARGEST: f32 = 60000.0;
 
 fn found(index: u32) -> vec4f {
     return textureLoad(probe_found, vec2u(index, 0u), 0);
@@ -67,5 +64,5 @@ fn fs_probe_texels(@builtin(position) position: vec4f) -> @location(0) vec4f {
         return vec4f(select(vec3f(0.0), side_color(min(row, 2u), of_signs[row]), is_side), 0.0);
     }
     let light = form(row, column) * of_signs[row] * of_signs[column];
-    return vec4f(clamp(light, vec3f(-FORM_LARGEST), vec3f(FORM_LARGEST)), source);
+    return vec4f(clamp(light, vec3f(-HALF_LARGEST), vec3f(HALF_LARGEST)), source);
 }
