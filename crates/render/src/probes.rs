@@ -52,6 +52,9 @@ pub struct ProbesUniform {
     pub half_m: Vec4,
     /// One divided by how far probes are apart; one divided by how far from one side of a surface's plane the other one is.
     pub inverse: Vec4,
+    /// How far its probes were moved along each axis at the most; so far behind a surface's plane a probe counts a little for
+    /// it, in metres.
+    pub moved_m: Vec4,
 }
 
 /// As many uniforms as shaders have room for.
@@ -88,6 +91,12 @@ pub(crate) fn has_sources(grid: &ProbeGrid) -> bool {
     let has_source = |probe: &Probe| probe.is_on && probe.light.source().irradiance != Vec3::ZERO;
     let is_known = || grid.probes.iter().any(|probes| probes.iter().any(has_source));
     grid.basis == ProbeBasis::Harmonics && (grid.live.is_some() || is_known())
+}
+
+/// How far probes of a grid that are on were moved along each axis at the most, in metres.
+pub(crate) fn most_moved_m(grid: &ProbeGrid) -> Vec3 {
+    let on = grid.probes.iter().flat_map(|probes| probes.iter()).filter(|probe| probe.is_on);
+    on.fold(Vec3::ZERO, |most, probe| most.max(probe.offset_m.abs())).min(Vec3::splat(DISTANCE_MAX_M))
 }
 
 /// Where the texels of a grid lie within those of all.
@@ -164,6 +173,8 @@ pub(crate) struct PlacedGrid {
     pub light: usize,
     /// See [`has_sources`].
     pub has_sources: bool,
+    /// See [`most_moved_m`].
+    pub moved_m: Vec3,
 }
 
 /// The texels of a grid, as rectangles of half floats.
@@ -313,8 +324,9 @@ pub(crate) fn grid_texels(grid: &ProbeGrid, place: &GridPlace, probes: &[Probe],
 impl ProbesUniform {
     /// Of a grid whose texels lie behind a corner of the texture.
     pub(crate) fn new(grid: &ProbeGrid, [x, y]: [u32; 2], placed: &PlacedGrid) -> Self {
-        let PlacedGrid { place, scale, light, .. } = *placed;
+        let PlacedGrid { place, scale, light, moved_m, .. } = *placed;
         let spacing_m = grid.spacing_m();
+        let side_m = SIDE_SHARE * spacing_m.min_element();
         let (half_m, per_fade_m) = fading_box(&grid.region, grid.fade_m);
         let corner = |[a, b]: [u32; 2]| Vec2::new((x + a) as f32, (y + b) as f32);
         let (of_light, of_distances) = (corner(place.light[light.min(1)]), corner(place.distances));
@@ -326,7 +338,8 @@ impl ProbesUniform {
             corners: Vec4::new(of_light.x, of_light.y, of_distances.x, of_distances.y),
             center: grid.region.center_world.extend(0.0),
             half_m: half_m.extend(BIAS_SHARE * spacing_m.min_element()),
-            inverse: spacing_m.recip().extend((2.0 * SIDE_SHARE * spacing_m.min_element()).recip()),
+            inverse: spacing_m.recip().extend((2.0 * side_m).recip()),
+            moved_m: moved_m.extend(side_m),
         }
     }
 }
@@ -345,6 +358,7 @@ mod tests {
     use crate::shader::layout::assert_same_layout;
     use manypass_scene::probes::LiveProbes;
     use manypass_scene::surroundings::Region;
+    use std::sync::Arc;
 
     fn grid(counts: [u32; 3]) -> ProbeGrid {
         let region = Region { center_world: Vec3::ZERO, half_m: Vec3::ONE };
@@ -357,8 +371,22 @@ mod tests {
             "forward",
             "ProbeGrid",
             ProbesUniform,
-            [first, spacing, counts, corners, center, half_m, inverse]
+            [first, spacing, counts, corners, center, half_m, inverse, moved_m]
         );
+    }
+
+    #[test]
+    fn the_farthest_of_those_that_are_on_says_how_far_probes_were_moved() {
+        let moved = |offset_m: Vec3, is_on: bool| Probe { offset_m, is_on, ..Probe::default() };
+        let mut of = grid([2, 2, 1]);
+        assert_eq!(most_moved_m(&of), Vec3::ZERO);
+        of.probes = Some(Arc::new(vec![
+            moved(Vec3::new(0.1, -0.3, 0.0), true),
+            moved(Vec3::new(-0.2, 0.1, 0.0), true),
+            moved(Vec3::splat(9.0), false),
+            moved(Vec3::ZERO, true),
+        ]));
+        assert_eq!(most_moved_m(&of), Vec3::new(0.2, 0.3, 0.0));
     }
 
     #[test]

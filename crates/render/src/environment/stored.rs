@@ -28,7 +28,8 @@ pub(crate) fn name_of(gpu: &Gpu, map: &EnvironmentMap, (sides, has_suns): (TileS
     let mut hasher = DefaultHasher::new();
     let adapter = &gpu.adapter;
     (&adapter.name, &adapter.backend, &adapter.driver).hash(&mut hasher);
-    (VERSION, map.width, map.height, map.light.is_some(), sides, has_suns).hash(&mut hasher);
+    (VERSION, gpu.capabilities.tiles_format, map.width, map.height, map.light.is_some(), sides, has_suns)
+        .hash(&mut hasher);
     format!("{:?}", map.layout).hash(&mut hasher);
     hasher.write(bytemuck::cast_slice(&map.texels));
     let prefiltered = map.prefiltered.iter().flat_map(|prefiltered| prefiltered.texels());
@@ -58,10 +59,10 @@ pub(crate) fn entry(suns: &Suns, texels: &[u8]) -> Vec<u8> {
     entry
 }
 
-/// Suns and texels of an entry, if it is one of `texels` texels.
-pub(crate) fn tiles_of(entry: &[u8], texels: usize) -> Option<(Suns, Vec<[f16; 4]>)> {
+/// Suns and texels of an entry, if these take so many bytes.
+pub(crate) fn tiles_of(entry: &[u8], texel_bytes: usize) -> Option<(Suns, &[u8])> {
     let (hash, rest) = entry.strip_prefix(MAGIC)?.split_at_checked(8)?;
-    if rest.len() != HEAD - MAGIC.len() - 8 + 8 * texels || hash_of(rest).to_le_bytes() != *hash {
+    if rest.len() != HEAD - MAGIC.len() - 8 + texel_bytes || hash_of(rest).to_le_bytes() != *hash {
         return None;
     }
     let (of_suns, of_texels) = rest.split_at_checked(4 * SUN_NUMBERS * SUNS_MAX)?;
@@ -72,7 +73,7 @@ pub(crate) fn tiles_of(entry: &[u8], texels: usize) -> Option<(Suns, Vec<[f16; 4
             [0, 3, 6].map(|at| Vec3::from([0, 1, 2].map(|part| number(&bytes[4 * (at + part)..4 * (at + part) + 4]))));
         *sun = Sun { direction, irradiance, surroundings, spread: number(&bytes[36..40]) };
     }
-    Some((suns, bytemuck::pod_collect_to_vec(of_texels)))
+    Some((suns, of_texels))
 }
 
 const MAGIC_OF_STUDIO: &[u8] = b"manypass studio 1\n";
@@ -131,9 +132,9 @@ mod tests {
             surroundings: Vec3::splat(0.5),
             spread: 0.1,
         };
-        let texels: Vec<[f16; 4]> = (0..12u8).map(|i| [f16::from_f32(i.into()); 4]).collect();
-        let whole = entry(&suns, bytemuck::cast_slice(&texels));
-        assert_eq!(tiles_of(&whole, 12), Some((suns, texels)));
+        let texels: Vec<u8> = (0..12).collect();
+        let whole = entry(&suns, &texels);
+        assert_eq!(tiles_of(&whole, 12), Some((suns, &texels[..])));
         assert_eq!(tiles_of(&whole, 11), None);
         assert_eq!(tiles_of(&whole[..whole.len() - 1], 12), None);
         assert_eq!(tiles_of(&[], 12), None);

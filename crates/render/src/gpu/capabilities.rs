@@ -28,6 +28,9 @@ pub struct Capabilities {
     pub depth_first: bool,
     /// Textures are filtered as exactly as numbers are multiplied, and not by 1/256 of a texel.
     pub filters_exactly: bool,
+    /// The format of the tiles of environments and of the texels of probes: half floats, or 32-bit floats on software adapters
+    /// that filter those, because they take a quarter more instructions to filter half floats.
+    pub tiles_format: wgpu::TextureFormat,
     /// Whether passes may look at the depth that they test against; on OpenGL and WebGL 2 that is feedback.
     pub samples_attached_depth: bool,
     /// Whether uniforms may have any size; otherwise (WebGL 2) it is a multiple of 16 bytes.
@@ -88,6 +91,12 @@ impl Capabilities {
             wgpu::TextureFormat::Depth24PlusStencil8
         };
         let is_software = adapter.get_info().device_type == wgpu::DeviceType::Cpu;
+        let filters_float32 = device.features().contains(wgpu::Features::FLOAT32_FILTERABLE);
+        let tiles_format = if is_software && filters_float32 {
+            wgpu::TextureFormat::Rgba32Float
+        } else {
+            wgpu::TextureFormat::Rgba16Float
+        };
         Self {
             depth_format,
             max_texture_size: limits.max_texture_dimension_2d,
@@ -95,6 +104,7 @@ impl Capabilities {
                 && adapter.get_downlevel_capabilities().flags.contains(wgpu::DownlevelFlags::ANISOTROPIC_FILTERING),
             depth_first: is_software,
             filters_exactly: is_software,
+            tiles_format,
             samples_attached_depth: adapter.get_info().backend != wgpu::Backend::Gl,
             uniforms_of_any_size: adapter
                 .get_downlevel_capabilities()

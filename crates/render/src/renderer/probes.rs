@@ -4,12 +4,12 @@ use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::probes::{
     FILTERS_EXACTLY, GridPlace, PROBE_GRIDS, PROBE_SOURCES, PlacedGrid, ProbeLayout, ProbesUniform, ProbesUniforms,
-    grid_texels, has_sources, unlit,
+    grid_texels, has_sources, most_moved_m, unlit,
 };
+use crate::resources::environment::write_texels;
 use crate::shader::program::Constant;
 use bytemuck::Zeroable as _;
 use glam::Vec3;
-use half::f16;
 use manypass_scene::probes::{LiveProbes, Probe, ProbeBasis, ProbeGrid};
 use manypass_scene::surroundings::Region;
 use std::sync::Arc;
@@ -41,6 +41,7 @@ struct Written {
     /// What its light was divided by.
     scale: f32,
     has_sources: bool,
+    moved_m: Vec3,
     /// Which of the two lights of a live grid frames read.
     light: usize,
     /// How many of its probes frames have looked around, and around how many they still do.
@@ -81,6 +82,7 @@ impl PlacedProbes {
             scale: 1.0,
             light: 0,
             has_sources: has_sources(grid),
+            moved_m: most_moved_m(grid),
         });
         Self::new(gpu, grids, [0, 0], placed.collect())
     }
@@ -131,7 +133,8 @@ fn in_turn(done: usize, count: usize) -> usize {
 
 impl Written {
     fn placed(&self, place: &GridPlace) -> PlacedGrid {
-        PlacedGrid { place: *place, scale: self.scale, light: self.light, has_sources: self.has_sources }
+        let Self { scale, light, has_sources, moved_m, .. } = *self;
+        PlacedGrid { place: *place, scale, light, has_sources, moved_m }
     }
 
     fn is_of(&self, grid: &ProbeGrid) -> bool {
@@ -264,11 +267,11 @@ impl ProbeTexels {
                 let (width, height, light) = &texels.light;
                 let lights = if grid.live.is_some() { &place.light[..] } else { &place.light[..1] };
                 for [x, y] in lights {
-                    write(gpu, texture, [corner[0] + x, corner[1] + y], (*width, *height), light);
+                    write_texels(gpu, (texture, [corner[0] + x, corner[1] + y]), (*width, *height), light);
                 }
                 let (width, height, distances) = &texels.distances;
                 let [x, y] = place.distances;
-                write(gpu, texture, [corner[0] + x, corner[1] + y], (*width, *height), distances);
+                write_texels(gpu, (texture, [corner[0] + x, corner[1] + y]), (*width, *height), distances);
                 let bounces = grid.live.map_or(0, |live| live.bounces.max(1) as usize);
                 self.written.push(Written {
                     region: grid.region,
@@ -278,6 +281,7 @@ impl ProbeTexels {
                     live: grid.live,
                     scale: texels.scale,
                     has_sources: has_sources(grid),
+                    moved_m: most_moved_m(grid),
                     light: 0,
                     done: 0,
                     left: grid.count() * bounces,
@@ -287,24 +291,6 @@ impl ProbeTexels {
         let placed = self.written.iter().zip(&layout.places).map(|(written, place)| written.placed(place));
         PlacedProbes::new(gpu, grids, corner, placed.collect())
     }
-}
-
-fn write(gpu: &Gpu, texture: &wgpu::Texture, [x, y]: [u32; 2], (width, height): (u32, u32), texels: &[[f16; 4]]) {
-    gpu.queue.write_texture(
-        wgpu::TexelCopyTextureInfo {
-            texture,
-            mip_level: 0,
-            origin: wgpu::Origin3d { x, y, z: 0 },
-            aspect: wgpu::TextureAspect::All,
-        },
-        bytemuck::cast_slice(texels),
-        wgpu::TexelCopyBufferLayout {
-            offset: 0,
-            bytes_per_row: Some(width * size_of::<[f16; 4]>() as u32),
-            rows_per_image: None,
-        },
-        wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-    );
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use super::live_probes::ProbeLighting;
 use super::prepare::ViewPart;
 use super::probes::{PlacedProbes, ProbeTexels};
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
-use crate::environment::{Background, ENVIRONMENT_FORMAT, EnvironmentUniform};
+use crate::environment::{Background, EnvironmentUniform};
 use crate::frame;
 use crate::gpu::Gpu;
 use crate::passes::resolve::PixelSamples;
@@ -355,7 +355,7 @@ impl FrameSurroundings {
     /// Their texture as one that passes draw into.
     pub fn import(&self, r: &mut Recorder<'_, '_>, name: String) -> Handle {
         let (width, height) = self.atlas.size;
-        r.graph.import(name, TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT), self.view.clone())
+        r.graph.import(name, TextureDesc::new_2d(width, height, self.view.texture().format()), self.view.clone())
     }
 
     /// Of what views around probes have: probes alone, because surroundings may be drawn only after them.
@@ -412,7 +412,7 @@ fn create(gpu: &Gpu, atlas: &Atlas) -> wgpu::TextureView {
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: ENVIRONMENT_FORMAT,
+        format: gpu.capabilities.tiles_format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING
             | wgpu::TextureUsages::RENDER_ATTACHMENT
             | wgpu::TextureUsages::COPY_DST

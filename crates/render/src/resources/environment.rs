@@ -73,7 +73,7 @@ impl EnvironmentTiles {
         cache: Option<&dyn Cache>,
     ) -> Self {
         let (width, height) = texture_size(sides);
-        let desc = TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT);
+        let desc = TextureDesc::new_2d(width, height, gpu.capabilities.tiles_format);
         let texture = create(gpu, "environment", desc, wgpu::TextureUsages::RENDER_ATTACHMENT);
         let view = texture.create_view(&Default::default());
         let of = Arc::downgrade(map);
@@ -82,8 +82,8 @@ impl EnvironmentTiles {
         let warning = (factor > 1).then(|| shrink_warning(map, picture_size, gpu.capabilities.max_texture_size));
         let missing = cache.map(|_| stored::name_of(gpu, map, (sides, has_suns)));
         let entry = cache.zip(missing.as_ref()).and_then(|(cache, name)| cache.get(name));
-        if let Some((suns, texels)) = entry.and_then(|entry| stored::tiles_of(&entry, (width * height) as usize)) {
-            write(gpu, &texture, (width, height), &texels);
+        if let Some((suns, texels)) = entry.as_ref().and_then(|entry| stored::tiles_of(entry, desc.bytes() as usize)) {
+            write_bytes(gpu, (&texture, [0, 0]), (width, height), texels);
             return Self {
                 view,
                 desc,
@@ -133,7 +133,7 @@ impl EnvironmentTiles {
     pub fn of_studio(gpu: &Gpu) -> Self {
         let sides = studio::SIDES;
         let (width, height) = texture_size(sides);
-        let desc = TextureDesc::new_2d(width, height, ENVIRONMENT_FORMAT);
+        let desc = TextureDesc::new_2d(width, height, gpu.capabilities.tiles_format);
         let texture = create(gpu, "environment.studio", desc, wgpu::TextureUsages::empty());
         write(gpu, &texture, (width, height), studio::texels());
         let view = texture.create_view(&Default::default());
@@ -221,15 +221,16 @@ pub(super) fn upload_bytes_of(map: &EnvironmentMap) -> u64 {
     let texel_bytes = 8;
     let (width, height) = texture_size(TileSides::of_picture(map.width, u32::MAX));
     let source_side = u64::from(source_side(map.width));
+    // Tiles may be 32-bit floats.
     let texels = 2 * u64::from(map.width) * u64::from(map.height)
-        + u64::from(width) * u64::from(height)
+        + 2 * u64::from(width) * u64::from(height)
         + 6 * source_side * source_side * 4 / 3;
     texels * texel_bytes
 }
 
 /// A texture without light, for views whose environment is no picture.
 pub(crate) fn no_tiles(gpu: &Gpu) -> wgpu::TextureView {
-    let desc = TextureDesc::new_2d(1, 1, ENVIRONMENT_FORMAT);
+    let desc = TextureDesc::new_2d(1, 1, gpu.capabilities.tiles_format);
     let texture = create(gpu, "no_environment", desc, wgpu::TextureUsages::empty());
     write(gpu, &texture, (1, 1), &[[f16::ZERO; 4]]);
     texture.create_view(&Default::default())
@@ -273,10 +274,25 @@ fn write(gpu: &Gpu, texture: &wgpu::Texture, (width, height): (u32, u32), texels
 }
 
 fn write_at(gpu: &Gpu, texture: &wgpu::Texture, [x, y, width, height]: [u32; 4], texels: &[[f16; 4]]) {
-    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(8 * width), rows_per_image: None };
+    write_texels(gpu, (texture, [x, y]), (width, height), texels);
+}
+
+/// Writes half floats into a rectangle of a texture that has those, or 32-bit floats.
+pub(crate) fn write_texels(gpu: &Gpu, to: (&wgpu::Texture, [u32; 2]), size: (u32, u32), texels: &[[f16; 4]]) {
+    if to.0.format() == wgpu::TextureFormat::Rgba32Float {
+        let texels: Vec<[f32; 4]> = texels.iter().map(|texel| texel.map(f16::to_f32)).collect();
+        write_bytes(gpu, to, size, bytemuck::cast_slice(&texels));
+    } else {
+        write_bytes(gpu, to, size, bytemuck::cast_slice(texels));
+    }
+}
+
+fn write_bytes(gpu: &Gpu, (texture, [x, y]): (&wgpu::Texture, [u32; 2]), (width, height): (u32, u32), bytes: &[u8]) {
+    let row_bytes = texture.format().block_copy_size(None).map(|texel_bytes| texel_bytes * width);
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: row_bytes, rows_per_image: None };
     let extent = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
     let place = wgpu::TexelCopyTextureInfo { origin: wgpu::Origin3d { x, y, z: 0 }, ..texture.as_image_copy() };
-    gpu.queue.write_texture(place, bytemuck::cast_slice(texels), layout, extent);
+    gpu.queue.write_texture(place, bytes, layout, extent);
 }
 
 #[cfg(test)]

@@ -17,6 +17,9 @@ struct ProbeGrid {
     half_m: vec4f,
     // One divided by how far probes are apart; one divided by how far from one side of a surface's plane the other one is.
     inverse: vec4f,
+    // How far its probes were moved along each axis at the most; so far before a surface's plane, or behind it, a probe counts
+    // a little for it.
+    moved_m: vec4f,
 }
 
 // What is to be seen around a place.

@@ -21,6 +21,13 @@ const CRUSHED: f32 = 0.2;
 const LEAST: f32 = 0.02;
 // What a probe counts that is on the other side of a surface's plane.
 const OTHER_SIDE: f32 = 0.002;
+// What a probe counts that sees nothing of a place.
+const UNSEEN: f32 = 1e-5;
+// What one counts at the most, and at the most behind a surface's plane: what `probe_weight` is for a probe straight ahead.
+const WEIGHT_MOST: f32 = (1.0 + BEHIND) * (1.0 + OTHER_SIDE) + UNSEEN;
+const WEIGHT_MOST_BEHIND: f32 = (1.0 + BEHIND) * OTHER_SIDE * 2e-4 + UNSEEN;
+// What all around a place count together, mostly.
+const ALL_MOSTLY: f32 = 0.3;
 
 // The column and row of a probe among those of its grid in the texture, where some layers along Z lie beside each other.
 fn probe_cell(grid: ProbeGrid, at: vec3f) -> vec2f {
@@ -124,10 +131,9 @@ fn probe_irradiance(light: ProbeLight) -> vec3f {
 }
 
 // The share of a probe's light that comes from before a place, by how far surfaces are from the probe in its direction
-// (Donnelly & Lauritzen 2006, "Variance Shadow Maps", of the mean distance and its deviation).
-fn seen_share(grid: ProbeGrid, cell: vec2f, away: vec3f, distance_m: f32) -> f32 {
-    // As `octahedral_from_direction`, by one division: software adapters feel each.
-    let n = away * (1.0 / (abs(away.x) + abs(away.y) + abs(away.z) + 1e-6));
+// (Donnelly & Lauritzen 2006, "Variance Shadow Maps", of the mean distance and its deviation); the direction has length 1 by
+// the sum of its absolute values.
+fn seen_share(grid: ProbeGrid, cell: vec2f, n: vec3f, distance_m: f32) -> f32 {
     let place = select(octahedral_wrap(n.xy), n.xy, n.z >= 0.0);
     let side = f32(PROBE_DISTANCE_SIDE);
     let texel = grid.corners.zw + cell * (side + 2.0) + place * (0.5 * side) + (0.5 * side + 1.0);
@@ -144,15 +150,20 @@ fn probe_weight(grid: ProbeGrid, place: vec4f, at: vec3f, cell: vec2f, position_
     let to_probe = grid.first.xyz + at * grid.spacing.xyz + place.xyz - position_world;
     let away = normal * grid.half_m.w - to_probe;
     let distance_m = sqrt(dot(away, away));
+    // One divided by how far the probe is, and by the sum of absolute values, by one division: software adapters feel each.
+    let probe_m = sqrt(dot(to_probe, to_probe) + 1e-12);
+    let sum_m = dot(abs(away), vec3f(1.0)) + 1e-6;
+    let per_both = 1.0 / (probe_m * sum_m);
     let before_m = dot(to_probe, normal);
-    let facing = before_m * inverseSqrt(dot(to_probe, to_probe) + 1e-12) * 0.5 + 0.5;
+    let facing = before_m * (per_both * sum_m) * 0.5 + 0.5;
     // Those on the other side of the surface's plane see nothing of it, however near they are.
     let side = clamp(before_m * grid.inverse.w + 0.5, 0.0, 1.0);
     let is_before = side * side * (3.0 - 2.0 * side) + OTHER_SIDE;
-    var weight = (facing * facing + BEHIND) * is_before * seen_share(grid, cell, away, distance_m);
+    let seen = seen_share(grid, cell, away * (per_both * probe_m), distance_m);
+    var weight = (facing * facing + BEHIND) * is_before * seen;
     weight *= min(weight * weight * (1.0 / (CRUSHED * CRUSHED)), 1.0);
     // What no probe sees has the light of those around it all the same.
-    return (weight + 1e-5) * place.a;
+    return (weight + UNSEEN) * place.a;
 }
 
 // The number of the lowest bit that is set, for which GLSL ES 3.00 has no function: the exponent of its number.
@@ -196,16 +207,57 @@ fn corner_of(around: Around, index: u32) -> Corner {
     return Corner(at, at.xy + layer, shares.x * shares.y * shares.z);
 }
 
+// A number for each of the eight: of those of the first layer along Z, and of the last.
+struct OfCorners {
+    near: vec4f,
+    far: vec4f,
+}
+
+// The bits of those above a number.
+fn bits_above(numbers: OfCorners, least: f32) -> u32 {
+    let near = select(vec4f(0.0), vec4f(1.0, 2.0, 4.0, 8.0), numbers.near > vec4f(least));
+    let far = select(vec4f(0.0), vec4f(16.0, 32.0, 64.0, 128.0), numbers.far > vec4f(least));
+    return u32(dot(near + far, vec4f(1.0)));
+}
+
+// One for the one of an index, and zero for the others.
+fn only_corner(index: u32) -> OfCorners {
+    let order = vec4u(0u, 1u, 2u, 3u);
+    return OfCorners(vec4f(vec4u(index) == order), vec4f(vec4u(index) == order + 4u));
+}
+
+// What each counts at the most: by how near it is, and by whether all places to which it may have been moved are behind the
+// surface's plane.
+fn most_weights(grid: ProbeGrid, around: Around, position_world: vec3f, normal: vec3f) -> OfCorners {
+    let to_first = grid.first.xyz + around.first * grid.spacing.xyz - position_world;
+    let from_first = (around.last - around.first) * grid.spacing.xyz * normal;
+    let moved_m = dot(grid.moved_m.xyz, abs(normal)) + grid.moved_m.w;
+    let first_m = dot(to_first, normal) + moved_m;
+    let near_m = vec4f(0.0, from_first.x, from_first.y, from_first.x + from_first.y) + first_m;
+    let near_most = select(vec4f(WEIGHT_MOST_BEHIND), vec4f(WEIGHT_MOST), near_m > vec4f(0.0));
+    let far_most = select(vec4f(WEIGHT_MOST_BEHIND), vec4f(WEIGHT_MOST), near_m + from_first.z > vec4f(0.0));
+    let shares = around.along;
+    let others = 1.0 - shares;
+    let of_layer = vec4f(others.x, shares.x, others.x, shares.x) * vec4f(others.yy, shares.yy);
+    return OfCorners(of_layer * others.z * near_most, of_layer * shares.z * far_most);
+}
+
 // Irradiance divided by pi of a grid at a place, about a direction; 0 where all probes around are off, else 1.
 fn grid_light(grid: ProbeGrid, position_world: vec3f, lookup: LightLookup, normal: vec3f) -> vec4f {
     let around = around_place(grid, position_world);
-    // A bit for each that has a share: beside a face of the grid half of them, as on the floor of a room. Bits, and not
-    // branches, because software adapters take all of these.
-    var left = select(0x55u, 0xffu, around.along.x > 0.0) & select(0x33u, 0xffu, around.along.y > 0.0)
-        & select(0x0fu, 0xffu, around.along.z > 0.0);
-    var weights: array<f32, 8>;
+    // Bits, and not branches, because software adapters take all of these. First those that may count where all together count
+    // as they mostly do, and then those of the others that may count all the same, which are few. Both in one loop, so that
+    // pixels do not wait for each other in between.
+    let most = most_weights(grid, around, position_world, normal);
+    var left = bits_above(most, LEAST * ALL_MOSTLY);
+    var later = ~left;
+    var weights = OfCorners(vec4f(0.0), vec4f(0.0));
     var all = 0.0;
     for (var i = 0u; i < 8u; i++) {
+        if left == 0u {
+            left = bits_above(most, LEAST * all) & later;
+            later = 0u;
+        }
         if left == 0u {
             break;
         }
@@ -214,13 +266,13 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, lookup: LightLookup, norma
         let corner = corner_of(around, index);
         let place = probe_place(probe_texel(grid, corner.cell));
         let weight = probe_weight(grid, place, corner.at, corner.cell, position_world, normal) * corner.share;
-        weights[index] = weight;
+        let only = only_corner(index);
+        weights.near += weight * only.near;
+        weights.far += weight * only.far;
         all += weight;
     }
     // A bit for each that counts.
-    for (var i = 0u; i < 8u; i++) {
-        left |= select(0u, 1u << i, weights[i] > LEAST * all);
-    }
+    left = bits_above(weights, LEAST * all);
     var sum = ProbeLight();
     var counted = 0.0;
     for (var i = 0u; i < 8u; i++) {
@@ -229,8 +281,9 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, lookup: LightLookup, norma
         }
         let index = lowest_bit(left);
         left &= left - 1u;
+        let only = only_corner(index);
         // Less by as much as others lack, so that none of them begins to count at once.
-        let weight = weights[index] - LEAST * all;
+        let weight = dot(weights.near, only.near) + dot(weights.far, only.far) - LEAST * all;
         let light = probe_light_at(probe_texel(grid, corner_of(around, index).cell), lookup);
         counted += weight;
         sum.of_polynomial += weight * light.of_polynomial;
