@@ -46,7 +46,8 @@ pub enum Environment {
     Color([f32; 3]),
 }
 
-/// The format of the tiles of a picture.
+/// The format of a picture, and of what tiles are made from; their own is that of
+/// [`crate::gpu::Capabilities::tiles_format`].
 pub(crate) const ENVIRONMENT_FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
 /// The brightest that the disc of a sun is, pre-exposed.

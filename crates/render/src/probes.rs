@@ -28,7 +28,7 @@ pub(crate) const PROBE_SOURCES: &str = "probe_sources";
 /// And the one that says how exactly the device filters ([`crate::gpu::Capabilities::filters_exactly`]).
 pub(crate) const FILTERS_EXACTLY: &str = "filters_exactly";
 
-/// The largest number is so large in the texture, whose half floats end at 65,504.
+/// The largest number is so large in the texture, where half floats end at 65,504.
 const LARGEST: f32 = 32_768.0;
 
 /// Distances and offsets are so large at the most, in metres.
@@ -52,8 +52,7 @@ pub struct ProbesUniform {
     pub half_m: Vec4,
     /// One divided by how far probes are apart; one divided by how far from one side of a surface's plane the other one is.
     pub inverse: Vec4,
-    /// How far its probes were moved along each axis at the most; so far behind a surface's plane a probe counts a little for
-    /// it, in metres.
+    /// How far its probes were moved along each axis at the most; how far from a surface's plane a probe is wholly on one side.
     pub moved_m: Vec4,
 }
 

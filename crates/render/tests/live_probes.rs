@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{matte_white as white, plain_request, renderer};
+use common::{half_float_renderer, matte_white as white, plain_request, renderer};
 use glam::{Mat4, Quat, Vec3, Vec4};
 use manypass::{Environment, FrameRequest, Path, Renderer, View};
 use manypass_scene::framing::look_along;
@@ -130,7 +130,10 @@ fn around(request: &FrameRequest) -> impl Iterator<Item = FrameRequest> {
 
 #[test]
 fn a_ball_has_the_light_of_the_room_around_it() {
-    let mut renderer = renderer();
+    [renderer(), half_float_renderer()].iter_mut().for_each(ball_has_the_light_of_the_room);
+}
+
+fn ball_has_the_light_of_the_room(renderer: &mut Renderer) {
     for basis in [ProbeBasis::Harmonics, ProbeBasis::AmbientCube] {
         let (mut scene, request) = scene_of(ProbeGrid { basis, ..live([1, 1, 1], 1.9) });
         add_room(&mut scene);
@@ -138,7 +141,7 @@ fn a_ball_has_the_light_of_the_room_around_it() {
         for path in [Path::Deferred, Path::Forward] {
             for request in around(&request) {
                 let request = request.with(|settings| settings.render.path = path);
-                let shown = radiance(&mut renderer, &scene, &request);
+                let shown = radiance(renderer, &scene, &request);
                 assert_lit(&shown, &request, &light, 0.01, &format!("{basis:?} {path:?}"));
             }
         }
@@ -308,8 +311,8 @@ fn finding_light_can_be_followed_and_stopped() {
 
 #[test]
 fn what_frames_found_can_be_read_and_drawn_as_baked() {
-    for basis in [ProbeBasis::Harmonics, ProbeBasis::AmbientCube] {
-        let mut renderer = renderer();
+    let cases = [(ProbeBasis::Harmonics, renderer()), (ProbeBasis::AmbientCube, half_float_renderer())];
+    for (basis, mut renderer) in cases {
         let (mut scene, request, _) = lit_room(2);
         scene.probes[0].basis = basis;
         assert_eq!(renderer.read_probes(&scene, 0).unwrap(), None, "nothing was found of this grid");

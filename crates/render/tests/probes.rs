@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::{matte_white as white, plain_request, renderer};
+use common::{half_float_renderer, matte_white as white, plain_request, renderer};
 use glam::{Vec2, Vec3};
 use manypass::{Environment, FrameRequest, Path, Renderer};
 use manypass_scene::framing::look_along;
@@ -95,15 +95,18 @@ fn seen(request: &FrameRequest) -> Vec<(usize, Vec3, Vec3)> {
 
 #[test]
 fn a_ball_has_the_light_of_its_probes_by_its_normals() {
+    [renderer(), half_float_renderer()].iter_mut().for_each(ball_has_its_light);
+}
+
+fn ball_has_its_light(renderer: &mut Renderer) {
     let (light, source) = lively();
-    let mut renderer = renderer();
     for basis in [ProbeBasis::Harmonics, ProbeBasis::AmbientCube] {
         let light = ProbeLight::new(&light, source, basis);
         for counts in [[1, 1, 1], [4, 3, 5]] {
             let (scene, request) = scene_of(uv_sphere(RADIUS_M, 128, 64), grid(counts, |_, _| open(light)));
             for path in PATHS {
                 let request = request.with(|settings| settings.render.path = path);
-                let shown = radiance(&mut renderer, &scene, &request);
+                let shown = radiance(renderer, &scene, &request);
                 let pixels = seen(&request);
                 assert!(pixels.len() > 300);
                 for (pixel, _, normal) in pixels {
@@ -121,7 +124,10 @@ fn a_ball_has_the_light_of_its_probes_by_its_normals() {
 
 #[test]
 fn a_furnace_of_probes_is_white() {
-    let mut renderer = renderer();
+    [renderer(), half_float_renderer()].iter_mut().for_each(furnace_is_white);
+}
+
+fn furnace_is_white(renderer: &mut Renderer) {
     for basis in [ProbeBasis::Harmonics, ProbeBasis::AmbientCube] {
         let light = ProbeLight::new(&even(Vec3::ONE), SmallSource::default(), basis);
         let (mut scene, request) = scene_of(uv_sphere(RADIUS_M, 128, 64), grid([3, 3, 3], |_, _| open(light)));
@@ -130,7 +136,7 @@ fn a_furnace_of_probes_is_white() {
         // Whatever is around: a dark place, a bright one, and one with a sun, whose light is in probes already.
         for source in [Environment::None, Environment::Color([9.0; 3]), Environment::File] {
             let request = request.with(|settings| settings.environment.source = source);
-            let shown = radiance(&mut renderer, &scene, &request);
+            let shown = radiance(renderer, &scene, &request);
             for (pixel, _, normal) in seen(&request) {
                 let found = Vec3::from_slice(&shown[pixel]);
                 assert!((found - 1.0).abs().max_element() < 0.01, "{basis:?} {source:?} {normal}: {found}");
@@ -264,6 +270,26 @@ fn probes_that_are_off_are_left_out_and_moved_ones_are_where_they_are() {
     for (pixel, point, _) in seen(&request) {
         assert!((shown[pixel][0] - 2.0).abs() < 0.02, "{point}: {}", shown[pixel][0]);
     }
+}
+
+#[test]
+fn a_probe_that_was_moved_before_a_surface_lights_it() {
+    let mut renderer = renderer();
+    // Black ones above the floor, and white ones below it; these were moved, or not.
+    let floor = |renderer: &mut Renderer, moved_m: f32| {
+        let probe = |_: usize, place: Vec3| {
+            let is_below = place.y < 0.3;
+            let radiance = Vec3::splat(if is_below { 1.0 } else { 0.0 });
+            let light = ProbeLight::new(&even(radiance), SmallSource::default(), ProbeBasis::Harmonics);
+            Probe { offset_m: Vec3::Y * if is_below { moved_m } else { 0.0 }, ..open(light) }
+        };
+        let (mut scene, request) = scene_of(plane(3.0), grid([5, 5, 5], probe));
+        // A layer comes to lie 0.3 m below the floor, and one 0.64 m above it.
+        scene.probes[0].region.center_world.y = -0.3;
+        radiance(renderer, &scene, &request)[(SIZE.0 * SIZE.1 / 2 + SIZE.0 / 2) as usize][0]
+    };
+    let (still, moved) = (floor(&mut renderer, 0.0), floor(&mut renderer, 0.4));
+    assert!(still < 0.01 && moved > 0.2, "{still} {moved}");
 }
 
 #[test]

@@ -59,10 +59,10 @@ pub(crate) fn entry(suns: &Suns, texels: &[u8]) -> Vec<u8> {
     entry
 }
 
-/// Suns and texels of an entry, if these take so many bytes.
-pub(crate) fn tiles_of(entry: &[u8], texel_bytes: usize) -> Option<(Suns, &[u8])> {
+/// Suns and the bytes of texels of an entry, if these are so many.
+pub(crate) fn tiles_of(entry: &[u8], count: usize) -> Option<(Suns, &[u8])> {
     let (hash, rest) = entry.strip_prefix(MAGIC)?.split_at_checked(8)?;
-    if rest.len() != HEAD - MAGIC.len() - 8 + texel_bytes || hash_of(rest).to_le_bytes() != *hash {
+    if rest.len() != HEAD - MAGIC.len() - 8 + count || hash_of(rest).to_le_bytes() != *hash {
         return None;
     }
     let (of_suns, of_texels) = rest.split_at_checked(4 * SUN_NUMBERS * SUNS_MAX)?;

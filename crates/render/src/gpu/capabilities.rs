@@ -91,7 +91,10 @@ impl Capabilities {
             wgpu::TextureFormat::Depth24PlusStencil8
         };
         let is_software = adapter.get_info().device_type == wgpu::DeviceType::Cpu;
-        let filters_float32 = device.features().contains(wgpu::Features::FLOAT32_FILTERABLE);
+        let of_float32 = adapter.get_texture_format_features(wgpu::TextureFormat::Rgba32Float);
+        let filters_float32 = device.features().contains(wgpu::Features::FLOAT32_FILTERABLE)
+            && of_float32.flags.contains(wgpu::TextureFormatFeatureFlags::FILTERABLE)
+            && of_float32.allowed_usages.contains(wgpu::TextureUsages::RENDER_ATTACHMENT);
         let tiles_format = if is_software && filters_float32 {
             wgpu::TextureFormat::Rgba32Float
         } else {

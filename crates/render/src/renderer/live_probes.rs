@@ -209,15 +209,17 @@ impl Renderer {
         let placed = at.and_then(|at| state.probes.placed(&grids, at));
         let (Some(placed), Some((texture, [left, top]))) = (placed, state.texels()) else { return Ok(None) };
         let bytes = readback::read_texture(&self.gpu, texture).await?;
-        let texels: Vec<[f32; 4]> = if texture.format() == wgpu::TextureFormat::Rgba32Float {
-            bytemuck::pod_collect_to_vec(&bytes)
-        } else {
-            let halves: Vec<[f16; 4]> = bytemuck::pod_collect_to_vec(&bytes);
-            halves.into_iter().map(|texel| texel.map(f16::to_f32)).collect()
+        let is_half = texture.format() == wgpu::TextureFormat::Rgba16Float;
+        let number = |at: usize| {
+            if is_half {
+                f16::from_le_bytes([bytes[2 * at], bytes[2 * at + 1]]).to_f32()
+            } else {
+                f32::from_le_bytes(std::array::from_fn(|byte| bytes[4 * at + byte]))
+            }
         };
         let texel = |x: u32, y: u32| {
-            let at = (top + y) as usize * texture.width() as usize + (left + x) as usize;
-            Vec4::from(texels[at])
+            let first = 4 * ((top + y) as usize * texture.width() as usize + (left + x) as usize);
+            Vec4::from_array(std::array::from_fn(|at| number(first + at)))
         };
         let probe =
             |index: usize| read_probe(grid, placed.place.of_probe(grid, index, placed.light), placed.scale, texel);

@@ -221,9 +221,9 @@ pub(super) fn upload_bytes_of(map: &EnvironmentMap) -> u64 {
     let texel_bytes = 8;
     let (width, height) = texture_size(TileSides::of_picture(map.width, u32::MAX));
     let source_side = u64::from(source_side(map.width));
-    // Tiles may be 32-bit floats.
+    // Tiles may be 32-bit floats, and there is a copy of those, too, on the way to a cache or from it.
     let texels = 2 * u64::from(map.width) * u64::from(map.height)
-        + 2 * u64::from(width) * u64::from(height)
+        + 4 * u64::from(width) * u64::from(height)
         + 6 * source_side * source_side * 4 / 3;
     texels * texel_bytes
 }
@@ -265,16 +265,12 @@ fn write_prefiltered(gpu: &Gpu, texture: &wgpu::Texture, sides: TileSides, prefi
             [red, green, blue, f16::ONE]
         };
         let texels: Vec<[f16; 4]> = (0..width * height).map(texel).collect();
-        write_at(gpu, texture, [left, top, width, height], &texels);
+        write_texels(gpu, (texture, [left, top]), (width, height), &texels);
     }
 }
 
-fn write(gpu: &Gpu, texture: &wgpu::Texture, (width, height): (u32, u32), texels: &[[f16; 4]]) {
-    write_at(gpu, texture, [0, 0, width, height], texels);
-}
-
-fn write_at(gpu: &Gpu, texture: &wgpu::Texture, [x, y, width, height]: [u32; 4], texels: &[[f16; 4]]) {
-    write_texels(gpu, (texture, [x, y]), (width, height), texels);
+fn write(gpu: &Gpu, texture: &wgpu::Texture, size: (u32, u32), texels: &[[f16; 4]]) {
+    write_texels(gpu, (texture, [0, 0]), size, texels);
 }
 
 /// Writes half floats into a rectangle of a texture that has those, or 32-bit floats.

@@ -17,8 +17,7 @@ struct ProbeGrid {
     half_m: vec4f,
     // One divided by how far probes are apart; one divided by how far from one side of a surface's plane the other one is.
     inverse: vec4f,
-    // How far its probes were moved along each axis at the most; so far before a surface's plane, or behind it, a probe counts
-    // a little for it.
+    // How far its probes were moved along each axis at the most; how far from a surface's plane a probe is wholly on one side.
     moved_m: vec4f,
 }
 

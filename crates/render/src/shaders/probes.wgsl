@@ -23,9 +23,10 @@ const LEAST: f32 = 0.02;
 const OTHER_SIDE: f32 = 0.002;
 // What a probe counts that sees nothing of a place.
 const UNSEEN: f32 = 1e-5;
-// What one counts at the most, and at the most behind a surface's plane: what `probe_weight` is for a probe straight ahead.
+// The largest that `probe_weight` is, for a probe straight ahead, and the largest for one behind the surface's plane.
 const WEIGHT_MOST: f32 = (1.0 + BEHIND) * (1.0 + OTHER_SIDE) + UNSEEN;
-const WEIGHT_MOST_BEHIND: f32 = (1.0 + BEHIND) * OTHER_SIDE * 2e-4 + UNSEEN;
+const BEHIND_MOST: f32 = (1.0 + BEHIND) * OTHER_SIDE;
+const WEIGHT_MOST_BEHIND: f32 = BEHIND_MOST * min(BEHIND_MOST * BEHIND_MOST / (CRUSHED * CRUSHED), 1.0) + UNSEEN;
 // What all around a place count together, mostly.
 const ALL_MOSTLY: f32 = 0.3;
 

@@ -19,6 +19,15 @@ pub fn renderer() -> Renderer {
     Renderer::new(Gpu::headless(None).unwrap()).unwrap()
 }
 
+/// A renderer on the first adapter, with tiles and texels of probes as they are where adapters are no software: half floats,
+/// of which probes are loaded and not filtered.
+pub fn half_float_renderer() -> Renderer {
+    let mut gpu = Gpu::headless(None).unwrap();
+    gpu.capabilities.tiles_format = wgpu::TextureFormat::Rgba16Float;
+    gpu.capabilities.filters_exactly = false;
+    Renderer::new(gpu).unwrap()
+}
+
 /// A renderer on the software adapter, which all machines have in nearly the same form; on the first adapter, with a
 /// message, where there is none.
 pub fn software_renderer() -> Renderer {
