@@ -248,7 +248,7 @@ fn light_does_not_come_through_a_thin_wall() {
 }
 
 #[test]
-fn probes_that_are_off_are_left_out_and_moved_ones_are_where_they_are() {
+fn probes_that_are_off_are_left_out() {
     let light =
         |radiance: f32| ProbeLight::new(&even(Vec3::splat(radiance)), SmallSource::default(), ProbeBasis::Harmonics);
     let mut renderer = renderer();
