@@ -225,3 +225,21 @@ fn places_of_a_filter_that_take_turns_are_the_filter() {
         assert!(hard > 2.0 * most, "{kind:?}: the test cannot tell a filter from none: {hard}");
     }
 }
+
+#[test]
+fn an_edge_is_as_many_texels_wide_as_the_kernel_has_comparisons() {
+    let edge = Penumbra { kind: LightKind::Directional, radius_m: 0.0, wall_m: 0.5, light_m: 1.0 };
+    let width = |kernel: u32| {
+        let with = |scene: &Scene| {
+            request(scene).with(|settings| (settings.shadows.kernel, settings.shadows.cascades) = (kernel, 1))
+        };
+        let row = edge.found(with, 1);
+        (reaches(&row, 0.9) - reaches(&row, 0.1)) / 0.8
+    };
+    let of_one = width(1);
+    for kernel in 2..=5 {
+        let ratio = width(kernel) / of_one;
+        println!("{kernel}: {ratio:.3} times as wide as one comparison");
+        assert!((ratio / f64::from(kernel) - 1.0).abs() < 0.1, "{kernel} comparisons are {ratio} times as wide as one");
+    }
+}

@@ -245,8 +245,9 @@ fn a_light_that_is_shaded_without_loops_is_the_same_as_among_others() {
     assert!(unlike < each.len() / 50 && shadowed > 300, "{unlike} differ, {shadowed} in shadow");
 }
 
-/// The texels of a directional light's cascades: of four that follow the practical split, each a square around the
-/// sphere that its part of the view has. Where one ends it goes over into the next, which is coarser.
+/// The texels of a directional light's cascades: of four of equal ratios from the nearest surface on, which is the
+/// ground at y = 0 under the eye, each a square around the sphere that its part of the view has. Where one ends it goes
+/// over into the next, which is coarser.
 fn cascade_texel_at(scene: &Scene, world: &World) -> impl Fn(DVec3) -> (DVec3, f64) {
     let bounds = scene.posed_bounds_world();
     let direction = world.lights[0].direction_world;
@@ -255,10 +256,10 @@ fn cascade_texel_at(scene: &Scene, world: &World) -> impl Fn(DVec3) -> (DVec3, f
     let far_m = eye.distance(bounds.center().as_dvec3()) + f64::from(bounds.radius_m());
     let far_m = ((2.0 * far_m.log2()).ceil() * 0.5).exp2();
     let corner = 0.4f64.tan() * f64::from(SIZE.0).hypot(f64::from(SIZE.1)) / f64::from(SIZE.1);
-    let split = |index: i32| {
-        let (share, near_m) = (f64::from(index) / 4.0, far_m / 256.0);
-        0.5 * (near_m + (far_m - near_m) * share) + 0.5 * near_m * (far_m / near_m).powf(share)
-    };
+    let near_m = eye.y / (1.0 + corner * corner).sqrt();
+    let near_m = ((2.0 * near_m.log2()).floor() * 0.5).exp2();
+    assert!(far_m / near_m <= 256.0, "{near_m} {far_m} are more than four cascades");
+    let split = |index: i32| near_m * (far_m / near_m).powf(f64::from(index) / 4.0);
     let spheres = [0, 1, 2, 3].map(|index| {
         let (near_m, end_m) = (if index == 0 { 0.0 } else { split(index) }, split(index + 1));
         let middle_m = (0.5 * (near_m + end_m) * (1.0 + corner * corner)).min(end_m);

@@ -10,10 +10,11 @@ use crate::lights::ObjectBounds;
 use crate::resources::layers::{SEEN_LARGE, SHADED_WHERE_DRAWN};
 use crate::resources::{GpuMaterial, GpuPrimitive, Instance, ReducedMaterials, SceneResources};
 use bytemuck::Zeroable;
-use glam::Vec3;
+use glam::{Mat4, Vec3, Vec4};
 use manypass_scene::{Aabb, Node, NodeId, Scene, Topology};
 use std::collections::BTreeSet;
 use std::ops::Range;
+use std::sync::Arc;
 
 /// The corners of the square around the disc of a point: as many instances it has.
 const DISC_CORNERS: u32 = 4;
@@ -51,6 +52,8 @@ pub(crate) struct Item {
     pub extent: Option<Extent>,
     /// An upright box around it; it may be too large.
     pub bounds_world: Aabb,
+    /// The boxes around its parts in object space, if they are known.
+    pub parts: Option<Arc<[Aabb]>>,
     /// Whether it keeps light from what lies behind it.
     pub casts_shadow: bool,
     /// The layers of its node, a bit each.
@@ -227,6 +230,29 @@ impl WorldDraws {
             bounds.add(id, item.extent.as_ref().map(|_| item.bounds_world));
         }
         bounds
+    }
+
+    /// No surface is nearer to `eye` than this, in metres, by the boxes around parts of it; infinite if there is none.
+    pub fn nearest_m(&self, eye: Vec3) -> f32 {
+        let distance_m = |bounds: &Aabb| eye.clamp(bounds.min, bounds.max).distance(eye);
+        let mut nearest_m = f32::INFINITY;
+        for item in &self.items {
+            let of_item = distance_m(&item.bounds_world);
+            // Where a distance is no number, nothing is known.
+            if of_item >= nearest_m || item.bounds_world.is_empty() {
+                continue;
+            }
+            let Some(parts) = &item.parts else {
+                nearest_m = of_item;
+                continue;
+            };
+            let [x, y, z] = self.instances[item.instance as usize].world_from_object.map(Vec4::from_array);
+            let world_from_object = Mat4::from_cols(x, y, z, Vec4::W).transpose();
+            let of_parts = parts.iter().filter(|part| !part.is_empty());
+            let of_parts = of_parts.map(|part| distance_m(&part.transformed(&world_from_object)));
+            nearest_m = of_parts.fold(nearest_m, f32::min);
+        }
+        nearest_m
     }
 
     /// Puts what is posed into its order, and gives it its instances.
@@ -409,6 +435,7 @@ impl Drawn<'_> {
             },
             faces: if has_sides { Faces::Front } else { Faces::Both },
             bounds_world: extent.as_ref().map_or(node.bounds_world, |extent| extent.around(center)),
+            parts: primitive.parts.clone(),
             layers,
             has_light_directions: properties.layers.as_ref().is_some_and(|layers| layers.has_light_directions),
             transmissive: layers & LAYER_TRANSMISSION != 0,

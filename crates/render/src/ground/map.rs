@@ -89,7 +89,8 @@ impl GroundMap {
         let middle_m = self.bounds.center().y - self.height_m;
         // Depth is 1 on the plane and 0 at the top.
         let below = parallel(Vec3::Y, [middle_m, middle_m - self.top_m], 0.505 * extent.x.max(extent.z).max(1e-6));
-        [light, below]
+        // What reaches below the plane touches it.
+        [light, TileProjection { flattens: true, ..below }]
     }
 
     /// What its shader takes.

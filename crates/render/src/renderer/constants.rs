@@ -39,6 +39,9 @@ pub(super) fn constants_of(
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcss {
         constants.push(("penumbrae", 1));
     }
+    if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcf && settings.shadows.kernel != 2 {
+        constants.push(("kernel_side", settings.shadows.kernel));
+    }
     if takes_one_tap(&asked.request) {
         constants.push(("takes_one_tap", 1));
     }

@@ -88,7 +88,8 @@ fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a
 pub(super) fn takes_one_tap(request: &FrameRequest) -> bool {
     let (settings, (sample_index, sample_count)) = (&request.settings.shadows, request.sample());
     let is_shown = request.goes_on && sample_index == 0;
-    settings.enabled && settings.filter == ShadowFilter::Pcf && sample_count >= 16 && !is_shown
+    let has_four = settings.filter == ShadowFilter::Pcf && settings.kernel == 2;
+    settings.enabled && has_four && sample_count >= 16 && !is_shown
 }
 
 /// The uniform's part that says how shadows are filtered in a sample: see `light_table.wgsl`.

@@ -5,6 +5,7 @@ use super::vertices::{self, SkinVertex, Vertex, drawn_vertices, in_drawing_order
 use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
+use glam::Vec3;
 use manypass_scene::variants::material_in;
 use manypass_scene::{Aabb, Mesh, Primitive, Topology};
 use range_alloc::RangeAllocator;
@@ -52,6 +53,8 @@ pub(crate) struct GpuPrimitive {
     pub without_normals: bool,
     /// The box in object space.
     pub bounds: Aabb,
+    /// The boxes around its parts in object space, where it has many triangles and is not deformed.
+    pub parts: Option<Arc<[Aabb]>>,
 }
 
 impl GpuPrimitive {
@@ -64,6 +67,27 @@ impl GpuPrimitive {
     pub(crate) fn is_bound_apart(&self) -> bool {
         self.skin.is_some() || self.topology == Topology::Points
     }
+}
+
+/// The fewest triangles of a part, and the most parts.
+const PART_TRIANGLES: usize = 128;
+const PARTS_MAX: usize = 512;
+
+/// The boxes around successive triangles of a primitive, which mostly lie beside each other; none if it has few.
+fn parts_of(primitive: &Primitive) -> Option<Arc<[Aabb]>> {
+    let corners = if primitive.indices.is_empty() { primitive.positions.len() } else { primitive.indices.len() };
+    let triangles = corners / 3;
+    if primitive.topology != Topology::Triangles || triangles <= PART_TRIANGLES {
+        return None;
+    }
+    let of_part = 3 * triangles.div_ceil(PARTS_MAX).max(PART_TRIANGLES);
+    let position = |index: usize| primitive.positions.get(index).copied().map(Vec3::from_array);
+    let part = |first: usize| {
+        let corners = first..(first + of_part).min(corners);
+        let index = |corner: usize| primitive.indices.get(corner).map_or(corner, |index| *index as usize);
+        Aabb::from_points(corners.filter_map(|corner| position(index(corner))))
+    };
+    Some((0..corners).step_by(of_part).map(part).collect())
 }
 
 /// A mesh on the device.
@@ -332,6 +356,7 @@ impl Geometry {
             morph_count: 0,
             without_normals: primitive.topology != Topology::Triangles && primitive.normals.is_empty(),
             bounds: primitive.bounds,
+            parts: if is_deformed { None } else { parts_of(primitive) },
         };
         if is_deformed {
             placed.skin = self.skins.take(device, vertex_count, expected.skins);

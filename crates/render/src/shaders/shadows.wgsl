@@ -25,6 +25,9 @@ override penumbrae: u32 = 0u;
 // Whether a comparison stands for all four of a filter (1): in one of the samples of a still, which take them in turn.
 override takes_one_tap: u32 = 0u;
 
+// Comparisons across the filter, a texel apart, if they are not two.
+override kernel_side: u32 = 2u;
+
 // 1 if no directional light has more than one cascade.
 override one_cascade: u32 = 0u;
 
@@ -199,6 +202,17 @@ fn tile_visibility(
     let snapped = (floor(point.position / texel) + 0.5) * texel - point.position;
     let middle = snapped * cluster_grid.shadow_filter.y;
     let spread = cluster_grid.shadow_filter.x * texel;
+    if kernel_side != 2u {
+        let side = max(kernel_side, 1u);
+        let taps = side * side;
+        let first = -0.5 * (f32(side) - 1.0);
+        var wide = 0.0;
+        for (var i = 0u; i < taps; i++) {
+            let place = vec2f(f32(i % side), f32(i / side));
+            wide += shadow_tap(tile, point, middle + (place + first) * texel, texels);
+        }
+        return wide / f32(taps);
+    }
     if takes_one_tap == 1u {
         let turn = u32(cluster_grid.shadow_filter.z);
         let corner = vec2f(f32(turn & 1u), f32(turn >> 1u)) * 2.0 - 1.0;
@@ -262,8 +276,9 @@ fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f)
         if within <= 0.0 {
             continue;
         }
-        // The last of them goes on to its edge.
-        let weight = left * select(min(within * 10.0, 1.0), 1.0, i + 1u == count);
+        // The last of them goes on to its edge, unless shadows end at a distance.
+        let goes_on = (i + 1u == count) & (shadow.w == 0.0);
+        let weight = left * select(min(within * 10.0, 1.0), 1.0, goes_on);
         visibility += weight * tile_visibility(tile, position_world, normal, shadow.z, false);
         left -= weight;
         if left <= 0.0 {

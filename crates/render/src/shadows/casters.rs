@@ -1,11 +1,12 @@
 //! What casts a shadow into a tile.
 
+use super::column::column_range;
 use super::projection::TileProjection;
 use crate::constants::WITHOUT_NORMALS;
 use crate::draws::{BLOCK_ITEMS, Deformation, Draw, Faces, Form, Item, WorldDraws};
 use crate::levels::Chooser;
 use crate::resources::Instance;
-use glam::{Vec3, Vec4};
+use glam::{Mat3, Quat, Vec2, Vec3, Vec4};
 use manypass_scene::{Aabb, Topology};
 use std::cell::OnceCell;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -102,11 +103,27 @@ impl<'w> Casters<'w> {
         items.iter().copied().filter(move |caster| !is_outside(&planes, &self.item(caster).bounds_world))
     }
 
+    /// The light-space depth of those of `items` that lie within `half_m` of `center`, a point of the space of
+    /// `world_from_light`, in x and y: the nearest to the light and the farthest. None if nothing does.
+    pub fn depth_range(
+        &self,
+        items: &[Caster],
+        world_from_light: Quat,
+        center: Vec2,
+        half_m: f32,
+    ) -> Option<(f32, f32)> {
+        let light_from_world = Mat3::from_quat(world_from_light.inverse());
+        let ranges = items
+            .iter()
+            .filter_map(|caster| column_range(&self.item(caster).bounds_world, &light_from_world, center, half_m));
+        ranges.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))
+    }
+
     /// What the picture of a tile depends on: two tiles with the same number are alike.
     pub fn signature(&self, items: &[Caster], projection: &TileProjection) -> u64 {
         let mut hasher = DefaultHasher::new();
         self.version.hash(&mut hasher);
-        projection.is_perspective.hash(&mut hasher);
+        (projection.is_perspective, projection.flattens).hash(&mut hasher);
         for row in projection.rows {
             hasher.write(bytemuck::bytes_of(&row));
         }
@@ -163,7 +180,8 @@ impl<'w> Casters<'w> {
             };
             let [object, joint, weight, targets] = instance.ids;
             // The object has a part in which rays its alpha stops.
-            let ids = [(object & !WITHOUT_NORMALS) << 1 | u32::from(projection.is_perspective), joint, weight, targets];
+            let of_tile = u32::from(projection.flattens) << 1 | u32::from(projection.is_perspective);
+            let ids = [(object & !WITHOUT_NORMALS) << 2 | of_tile, joint, weight, targets];
             instances.push(Instance { world_from_object: rows, ids, ..*instance });
             let group = (item.group, faces, caster.level);
             match draws.last_mut().filter(|_| last_group == Some(group)) {

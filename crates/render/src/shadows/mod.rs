@@ -6,7 +6,9 @@
 //! them, and `shaders/shadows.wgsl` reads them.
 
 mod atlas;
+mod cascades;
 mod casters;
+mod column;
 mod dealing;
 mod placing;
 mod projection;
@@ -85,7 +87,7 @@ pub struct ShadowCounts {
 #[derive(Debug, Default)]
 pub struct ViewShadows {
     /// One for every light: the first of its tiles among the records of lights and tiles (0: it casts no shadow), their
-    /// number, the radius of the light in metres, 0.
+    /// number, the radius of the light in metres, 1 if light fades in where they end.
     pub of_light: Vec<[f32; 4]>,
     /// One for every light: by how much it is brighter in this frame, because it is dark in others.
     pub weights: Vec<f32>,
@@ -97,7 +99,7 @@ pub struct ViewShadows {
 impl ViewShadows {
     /// Whether none of the first lights, which are directional, has more than one cascade.
     pub fn has_one_cascade(&self, directional_count: u32) -> bool {
-        self.of_light.iter().take(directional_count as usize).all(|[_, tiles, ..]| *tiles <= 1.0)
+        self.of_light.iter().take(directional_count as usize).all(|[_, tiles, _, fades]| *tiles <= 1.0 && *fades == 0.0)
     }
 
     /// The texels of the lights of `table` with what is known of their shadows, and after them the tiles.
@@ -244,7 +246,7 @@ impl Shadows {
         }
         frame.is_first = self.is_empty;
         self.is_empty &= frame.tiles.is_empty();
-        frame.views = views.iter().map(|(viewer, table)| view_shadows(viewer, table, &of_lights, dealing)).collect();
+        frame.views = views.iter().map(|(viewer, table)| view_shadows(viewer, table, &of_lights, settings, dealing)).collect();
         frame
     }
 
@@ -321,7 +323,13 @@ impl<'w> Casting<'w> {
     }
 }
 
-fn view_shadows(viewer: &Viewer<'_>, table: &LightTable, of_lights: &OfLights<'_>, dealing: Dealing) -> ViewShadows {
+fn view_shadows(
+    viewer: &Viewer<'_>,
+    table: &LightTable,
+    of_lights: &OfLights<'_>,
+    settings: &ShadowSettings,
+    dealing: Dealing,
+) -> ViewShadows {
     let mut shadows = ViewShadows::default();
     for light in &table.lights {
         let known = of_lights.get(&LightKey::of(viewer, light)).filter(|_| light.casts_shadows);
@@ -329,7 +337,8 @@ fn view_shadows(viewer: &Viewer<'_>, table: &LightTable, of_lights: &OfLights<'_
         let first = if records.is_empty() { 0 } else { table.len() as usize + shadows.tiles.len() / 4 };
         // What shines from its points in turn is as small as a point in each of them.
         let radius_m = if dealing.moves() { 0.0 } else { light.radius_m };
-        shadows.of_light.push([first as f32, records.len() as f32, radius_m, 0.0]);
+        let ends = light.kind == LightKind::Directional && settings.distance_m > 0.0;
+        shadows.of_light.push([first as f32, records.len() as f32, radius_m, f32::from(u8::from(ends))]);
         shadows.weights.push(weight);
         shadows.tiles.extend(records.iter().flatten());
     }

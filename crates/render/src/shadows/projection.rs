@@ -5,7 +5,7 @@
 //! nearest to the light and 0 farthest away. All of it is affine in world space, so that one matrix of three rows takes
 //! an object into a tile.
 
-use glam::{Mat4, Quat, Vec2, Vec3, Vec4};
+use glam::{Quat, Vec2, Vec3, Vec4};
 
 /// Texels around what a tile is for that are drawn as well, so that filters find neighbours there.
 pub const BORDER_TEXELS: f32 = 3.0;
@@ -17,6 +17,9 @@ pub struct TileProjection {
     pub rows: [Vec4; 3],
     /// Whether rays go through a point; otherwise they are parallel.
     pub is_perspective: bool,
+    /// Whether corners before the nearest depth are drawn at that depth. A triangle with corners on both sides of it is
+    /// bent by that, so that only tiles whose range may leave something out ask for it.
+    pub flattens: bool,
     /// The side of a texel in metres, at a z of 1 if rays go through a point.
     pub texel_m: f32,
 }
@@ -50,6 +53,7 @@ impl TileProjection {
                 axis(Vec3::NEG_Z, 1.0 / near_m),
             ],
             is_perspective: true,
+            flattens: false,
             texel_m: 2.0 * tangent * near_m / side as f32,
         }
     }
@@ -74,6 +78,7 @@ impl TileProjection {
                 axis(Vec3::Z, depth, -farthest * depth),
             ],
             is_perspective: false,
+            flattens: false,
             texel_m: 2.0 * half_m / side as f32,
         }
     }
@@ -103,34 +108,6 @@ impl TileProjection {
     }
 }
 
-/// The view's part between two distances, as a sphere around it in world space that depends on nothing but its shape
-/// and place, so that a view that turns keeps its radius.
-pub fn slice_sphere(
-    world_from_view: &Mat4,
-    half_extent: Vec2,
-    is_orthographic: bool,
-    [near_m, far_m]: [f32; 2],
-) -> (Vec3, f32) {
-    let corner = half_extent.length();
-    let (near_corner, far_corner) = if is_orthographic { (corner, corner) } else { (corner * near_m, corner * far_m) };
-    // On the axis, equally far from the corners of both ends, unless that lies beyond the far end.
-    let middle = 0.5 * ((far_m * far_m + far_corner * far_corner) - (near_m * near_m + near_corner * near_corner))
-        / (far_m - near_m).max(1e-6);
-    let middle = middle.max(near_m).min(far_m);
-    let radius = Vec2::new(far_m - middle, far_corner).length().max(Vec2::new(middle - near_m, near_corner).length());
-    (world_from_view.transform_point3(Vec3::new(0.0, 0.0, -middle)), radius)
-}
-
-/// The distances between which cascades lie: the practical split (Zhang et al. 2006, "Parallel-Split Shadow Maps for
-/// Large-scale Virtual Environments"), half way between equal steps and equal ratios. The first begins at `nearest_m`.
-pub fn splits(nearest_m: f32, near_m: f32, far_m: f32, count: u32) -> Vec<[f32; 2]> {
-    let at = |index: u32| {
-        let share = index as f32 / count as f32;
-        0.5 * (near_m + (far_m - near_m) * share) + 0.5 * near_m * (far_m / near_m).powf(share)
-    };
-    (0..count).map(|index| [if index == 0 { nearest_m } else { at(index) }, at(index + 1)]).collect()
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -157,32 +134,5 @@ mod tests {
             assert!(at.x.abs() <= at.z * border * 1.0001 && at.y.abs() <= at.z * border * 1.0001, "{at}");
             assert!(tiles[face].planes().iter().all(|plane| plane.dot((position + direction).extend(1.0)) >= 0.0));
         }
-    }
-
-    #[test]
-    fn a_slice_lies_in_its_sphere() {
-        let view = Mat4::from_rotation_translation(Quat::from_rotation_y(0.7), Vec3::new(3.0, 2.0, 1.0));
-        let half = Vec2::new(0.8, 0.45);
-        for is_orthographic in [false, true] {
-            for range in [[0.1f32, 1.0], [1.0, 30.0], [0.0, 0.5]] {
-                let (center, radius) = slice_sphere(&view, half, is_orthographic, range);
-                let mut greatest = 0.0f32;
-                for distance_m in range {
-                    let scale = if is_orthographic { 1.0 } else { distance_m };
-                    for corner in [Vec2::ONE, Vec2::NEG_ONE, Vec2::new(1.0, -1.0), Vec2::new(-1.0, 1.0)] {
-                        let corner = view.transform_point3((corner * half * scale).extend(-distance_m));
-                        greatest = greatest.max(corner.distance(center));
-                    }
-                }
-                assert!((greatest - radius).abs() < 1e-4 * radius, "{greatest} {radius}");
-            }
-        }
-    }
-
-    #[test]
-    fn cascades_cover_the_depth_without_a_gap() {
-        let splits = splits(0.0, 0.5, 100.0, 4);
-        assert!(splits[0][0] == 0.0 && (splits[3][1] - 100.0).abs() < 1e-3);
-        assert!(splits.windows(2).all(|pair| pair[0][1] == pair[1][0] && pair[0][1] < pair[1][1]));
     }
 }

@@ -23,6 +23,9 @@ settings! {
         enabled: bool = true;
         /// How the edge of a shadow is filtered.
         filter: ShadowFilter = ShadowFilter::Pcf, needs "shadows.enabled=true";
+        /// The kernel of `pcf`: so many comparisons across and as many down, a texel apart, each the mean of four texels.
+        /// 1 is the sharpest; more make softer edges, whose width is that of texels and not of the light.
+        kernel: u32 = 2, in 1..=5, needs "shadows.filter=pcf";
         /// The greatest width and height of the texture that holds all shadow maps, rounded up to a power of two; it
         /// takes four bytes a texel. It grows with what the lights in view want, and is smaller for small pictures.
         atlas_px: u32 = 4096, in 256..=16384, unit "px", needs "shadows.enabled=true";
@@ -30,8 +33,15 @@ settings! {
         /// browser: six for a point light, one for a spot. Those of the lights that matter least are left out, and
         /// counted. Stills have as many as their lights need.
         maps: u32 = 1024, in 0..=65536, needs "shadows.enabled=true";
-        /// The number of shadow maps of a directional light, each for a part of the view's depth.
-        cascades: u32 = 4, in 1..=4, needs "shadows.enabled=true";
+        /// The most shadow maps of a directional light, each for a part of the view's depth. Four are taken, and more where
+        /// the farthest surface lies more than 256 times as far away as the nearest.
+        cascades: u32 = 8, in 1..=8, needs "shadows.enabled=true";
+        /// Where one of them ends and the next begins: 0 for equal steps of distance, 1 for equal ratios, which leave
+        /// texels about as wide in the picture at all distances.
+        split: f32 = 1.0, in 0.0..=1.0, needs "shadows.enabled=true";
+        /// How far from the eye directional lights cast shadows, which are finer for it, and fade out at the end; 0 for
+        /// as far as the scene reaches.
+        distance_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "shadows.enabled=true";
         /// A light at a place casts no shadow where a map as fine as the picture would have fewer texels a side than this: it
         /// is seen too small. Below 16 a map is nothing but border.
         min_px: f32 = 0.0, in 0.0..=16384.0, unit "px", needs "shadows.enabled=true";

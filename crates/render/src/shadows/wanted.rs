@@ -1,14 +1,15 @@
 //! Which tiles the lights of a frame want, and how large.
 
-use super::casters::{Casters, OfLight};
+use super::casters::{Caster, Casters, OfLight};
 use super::dealing::is_wide;
-use super::projection::{TileProjection, cube_faces, looking_along, slice_sphere, splits};
+use super::cascades;
+use super::projection::{BORDER_TEXELS, TileProjection, cube_faces, looking_along};
 use super::{Dealing, LightKey, SIDE_MIN, ShadowSettings, Shadows};
 use crate::draws::WorldDraws;
 use crate::lights::{LightTable, TableLight};
 use crate::view::{DepthRange, View};
 use glam::{Quat, Vec2, Vec3};
-use manypass_scene::{Aabb, LightKind};
+use manypass_scene::LightKind;
 use std::collections::BTreeMap;
 use std::collections::btree_map::Entry;
 use std::f32::consts::FRAC_PI_3;
@@ -64,9 +65,6 @@ const SPOT_MAX_RAD: f32 = FRAC_PI_3;
 /// The nearest caster as a share of the range, in metres at most and at least.
 const NEAR_SHARE: f32 = 1.0 / 512.0;
 const NEAR_M: [f32; 2] = [1e-4, 0.02];
-/// From this share of the scene on, a cascade shows all of it, and none is needed beyond: of lights with sharp edges,
-/// and of wide ones.
-const WHOLE_SHARES: [f32; 2] = [0.75, 0.6];
 /// The sides in texels of maps for what is around places: of lights at a place, as fine over a right angle as the views
 /// around probes are, and of directional ones, over the whole scene.
 const AROUND_PX: f32 = 64.0;
@@ -88,6 +86,20 @@ impl Aim {
         }
     }
 
+    /// The same with no more depth than what casts a shadow into it takes, in steps, so that it stays while casters
+    /// move a little.
+    fn fitted(self, casters: &Casters<'_>, items: &[Caster]) -> Self {
+        let Self::Parallel { rotation, center, half_m, depth } = self else { return self };
+        let at = (rotation.inverse() * center).truncate();
+        // The smallest tile has the widest border, and the grid of texels moves it by half a texel.
+        let column_m = half_m * (1.0 + 1.0 / SIDE_MIN as f32) / (1.0 - 2.0 * BORDER_TEXELS / SIDE_MIN as f32);
+        let Some((nearest, farthest)) = casters.depth_range(items, rotation, at, column_m) else { return self };
+        let step_m = 0.5 * half_m.log2().floor().exp2();
+        let nearest = ((nearest / step_m).floor() + 1.0) * step_m;
+        let farthest = ((farthest / step_m).ceil() - 1.0) * step_m;
+        Self::Parallel { rotation, center, half_m, depth: [nearest.min(depth[0]), farthest.max(depth[1])] }
+    }
+
     /// The tiles of a light at a place.
     pub fn of_local(light: &TableLight) -> Vec<Self> {
         let near_m = (light.range_m.unwrap_or(f32::INFINITY) * NEAR_SHARE).clamp(NEAR_M[0], NEAR_M[1]);
@@ -99,47 +111,6 @@ impl Aim {
             }
             _ => cube_faces().map(|rotation| Self::Rays { position, rotation, tangent: 1.0, near_m }).to_vec(),
         }
-    }
-
-    /// The cascades of a directional light, the nearest to the eye first.
-    pub fn of_directional(light: &TableLight, viewer: &Viewer<'_>, bounds: &Aabb, count: u32) -> Vec<Self> {
-        let rotation = looking_along(light.direction);
-        let (center, radius) = (bounds.center(), 0.5 * (bounds.max - bounds.min).length());
-        if bounds.is_empty() || !radius.is_finite() {
-            return Vec::new();
-        }
-        let z = (rotation.inverse() * center).z;
-        // A little room, because bounds touch the surfaces that they enclose.
-        let depth = [z + 1.001 * radius + 1e-3, z - 1.001 * radius - 1e-3];
-        if viewer.is_around {
-            return vec![Self::Parallel { rotation, center, half_m: radius, depth }];
-        }
-        let (width, height) = viewer.size;
-        let half_extent = viewer.view.half_extent(width as f32 / height.max(1) as f32);
-        // As far as the scene reaches, in steps, so that cascades keep their size while the camera moves.
-        let eye = viewer.view.world_from_view.w_axis.truncate();
-        let far_m = (eye.distance(center) + radius).max(1e-3);
-        let far_m = (2.0 * far_m.log2()).ceil() * 0.5;
-        let far_m = far_m.exp2();
-        // Nothing that is seen is nearer than the scene, in the direction of the view at a corner of the picture.
-        let scene_m = (eye.distance(center) - radius) / (1.0 + half_extent.length_squared()).sqrt();
-        let is_before = !viewer.sees_air && !viewer.view.is_orthographic() && scene_m > far_m / 128.0;
-        let nearest_m = if is_before { (0.5 * (2.0 * scene_m.log2()).floor()).exp2() } else { 0.0 };
-        let whole_share = WHOLE_SHARES[usize::from(is_wide(light))];
-        let aim = |[near_m, end_m]: [f32; 2]| {
-            let slice =
-                slice_sphere(&viewer.view.world_from_view, half_extent, viewer.view.is_orthographic(), [near_m, end_m]);
-            // A cascade that would be about as large as the scene, or larger, shows the scene.
-            let (center, half_m) = if slice.1 < whole_share * radius { slice } else { (center, radius) };
-            Self::Parallel { rotation, center, half_m, depth }
-        };
-        let mut aims: Vec<Self> =
-            splits(nearest_m, nearest_m.max(far_m / 256.0), far_m, count).into_iter().map(aim).collect();
-        let is_whole = |aim: &Self| matches!(aim, Self::Parallel { half_m, .. } if *half_m >= radius);
-        if let Some(first) = aims.iter().position(is_whole) {
-            aims.truncate(first + 1);
-        }
-        aims
     }
 }
 
@@ -219,7 +190,8 @@ impl Shadows {
                         let is_directional = light.kind == LightKind::Directional;
                         let (aims, of_light) = if is_directional {
                             let items = everywhere.get_or_insert_with(|| casters.everywhere().items).clone();
-                            let aims = Aim::of_directional(light, viewer, &world.bounds_world, settings.cascades);
+                            let aims = cascades::of_directional(light, viewer, world, settings);
+                            let aims = aims.into_iter().map(|aim| aim.fitted(casters, &items)).collect();
                             (aims, OfLight { items, is_in_emitter: false })
                         } else {
                             let range_m = light.range_m.unwrap_or(f32::INFINITY);

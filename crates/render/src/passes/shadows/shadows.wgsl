@@ -57,14 +57,14 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     let rows = Rows(in.world_from_object_row0, in.world_from_object_row1, in.world_from_object_row2);
     let at = transform_point(rows, position);
     let is_perspective = (in.instance.x & 1u) == 1u;
+    let flattens = (in.instance.x & 2u) == 2u;
     var out: ShadowVarying;
-    // Depth is 1 / z where rays go through a point, in units of the nearest distance; else z itself, and what lies
-    // before the nearest is drawn there.
-    let depth = select(min(at.z, 1.0), 1.0, is_perspective);
+    // Depth is 1 / z where rays go through a point, in units of the nearest distance; else z itself.
+    let depth = select(select(at.z, min(at.z, 1.0), flattens), 1.0, is_perspective);
     out.position_clip = vec4f(at.xy, depth, select(1.0, divisible(at.z), is_perspective));
     out.uv = vec4f(in.uv0, in.uv1);
     out.color = in.color;
-    out.object = in.instance.x >> 1u;
+    out.object = in.instance.x >> 2u;
     @if(masks) {
         out.position_object = in.position;
     }

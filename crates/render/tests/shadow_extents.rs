@@ -1,0 +1,79 @@
+//! Shadows of what is beside the eye, whatever the scene's extent, against the ray caster.
+//!
+//! These need an adapter; the software one will do.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::inner_pixels;
+use common::shadows::{light, request, shares, surfaces, world_of};
+use glam::Vec3;
+use manypass_scene::{LightKind, Projection, Scene, primitives};
+use manypass_testkit::build::{SceneBuilder, at, grey};
+use manypass_testkit::raycast::Options;
+
+/// Posts of 2 m in a row, seen from a man's height, on a ground of half the side `half_m`; all of it times `scale`.
+fn posts(half_m: f32, scale: f32) -> Scene {
+    let at_scale = |place: Vec3| at(scale * place);
+    let lens = Projection::Perspective { fov_y_rad: 0.8, near_m: 0.05 * scale, far_m: None };
+    let mut builder = SceneBuilder::new(scale * Vec3::new(0.0, 1.7, 3.0), scale * Vec3::new(0.0, 0.9, -3.0), lens);
+    builder.put(primitives::plane(2.0 * half_m * scale), grey(0.5), at(Vec3::ZERO));
+    for away_m in [0.0, -3.0, -6.0, -12.0] {
+        let post = primitives::cube(scale * Vec3::new(0.25, 2.0, 0.25));
+        builder.put(post, grey(0.5), at_scale(Vec3::new(-1.0, 1.0, away_m)));
+    }
+    builder.light(light(LightKind::Directional, 3.0), Vec3::ZERO, Vec3::new(1.0, -0.9, 0.15));
+    builder.finish()
+}
+
+/// Of the pixels well within the shadows of the posts the share that is dark, and of those well outside the share that
+/// is lit.
+fn dark_and_lit(half_m: f32, scale: f32, change: impl Fn(&mut manypass::Settings)) -> (f64, f64) {
+    let scene = posts(half_m, scale);
+    let world = world_of(&scene);
+    let frame = surfaces(&world);
+    let size = (frame.width, frame.height);
+    let found = shares(&scene, &request(&scene).with(change), 1);
+    let hard = Options { light_samples_per_axis: 0, ..Options::default() };
+    let is_ground = |pixel: usize| frame.object_id[pixel] == 2;
+    let is_lit = |pixel: usize| is_ground(pixel) && world.visibility_at(0, frame.position_world[pixel], hard) > 0.5;
+    let (mut dark, mut shadowed, mut bright, mut lit) = (0u32, 0u32, 0u32, 0u32);
+    for pixel in inner_pixels(&frame.object_id, size) {
+        let around = [pixel, pixel - 1, pixel + 1, pixel - size.0, pixel + size.0];
+        let (Some(share), true) = (found[pixel], around.iter().all(|at| is_ground(*at))) else { continue };
+        if around.iter().all(|at| !is_lit(*at)) {
+            shadowed += 1;
+            dark += u32::from(share < 0.5);
+        } else if around.iter().all(|at| is_lit(*at)) {
+            lit += 1;
+            bright += u32::from(share > 0.9);
+        }
+    }
+    assert!(shadowed > 100 && lit > 1000, "{shadowed} in shadow, {lit} lit: nothing to look at");
+    (f64::from(dark) / f64::from(shadowed), f64::from(bright) / f64::from(lit))
+}
+
+#[test]
+fn shadows_beside_the_eye_do_not_depend_on_the_extent_of_the_scene() {
+    // Of 20 m to 200 km of ground, and all of it a thousandth and a thousand times as large.
+    for (half_m, scale) in [(10.0, 1.0), (500.0, 1.0), (2_000.0, 1.0), (1e5, 1.0), (2_000.0, 1e-3), (500.0, 1e3)] {
+        let (dark, lit) = dark_and_lit(half_m, scale, |_| ());
+        println!("{half_m} m times {scale}: {dark:.3} of the shadow is dark, {lit:.4} of the rest is lit");
+        assert!(dark >= 0.9 && lit >= 0.995, "{half_m} m times {scale}: {dark} dark, {lit} lit");
+    }
+    // The test can fail: a single map of the whole ground shows nothing of the posts.
+    let (dark, _) = dark_and_lit(2_000.0, 1.0, |settings| settings.shadows.cascades = 1);
+    assert!(dark < 0.5, "one map of 4 km has {dark} of the shadows");
+}
+
+#[test]
+fn shadows_end_at_a_distance_that_settings_give() {
+    let (near, _) = dark_and_lit(2_000.0, 1.0, |settings| {
+        settings.shadows.cascades = 2;
+        settings.shadows.distance_m = 25.0;
+    });
+    assert!(near >= 0.9, "{near}");
+    let (none, lit) = dark_and_lit(2_000.0, 1.0, |settings| settings.shadows.distance_m = 0.5);
+    assert!(none < 0.05 && lit >= 0.999, "shadows beyond half a metre: {none}, {lit}");
+}
