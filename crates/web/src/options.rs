@@ -24,7 +24,7 @@ pub struct Options {
 }
 
 /// Options that are short ways to settings, and the words that they take.
-const SHORT: [(&str, &str, &[&str]); 4] = [
+pub(crate) const SHORT: [(&str, &str, &[&str]); 4] = [
     ("path", "render.path", manypass::Path::NAMES),
     ("lightCulling", "lights.culling", manypass::LightCulling::NAMES),
     ("environment", "environment.source", &["auto", "studio", "sky", "file", "none"]),

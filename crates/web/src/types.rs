@@ -29,8 +29,8 @@ export interface QualityInfo {
 export interface Orbit { yaw?: number; pitch?: number; radius?: number; target?: [number, number, number]; }
 /** How frames are drawn; what is left out keeps its value. */
 export interface RenderOptions {
-  path?: "deferred" | "forward";
-  lightCulling?: "clustered" | "none";
+  path?: "deferred" | "forward" | "forward-batched" | "gouraud";
+  lightCulling?: "clustered" | "tiled" | "volumes" | "volumes-stencil" | "none";
   /**
    * Lights nothing, or with the built-in studio, or with the sky (the settings
    * `environment.sun_elevation_deg` and its neighbours), or with the picture of `loadEnvironment` or the stage; `auto` takes the picture
@@ -189,4 +189,18 @@ pub fn read_resources(resources: &JsValue) -> BTreeMap<String, Vec<u8>> {
         Some((entry.get(0).as_string()?, entry.get(1).dyn_ref::<js_sys::Uint8Array>()?.to_vec()))
     };
     entries.iter().filter_map(pair).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::TYPES;
+
+    #[test]
+    fn the_types_name_all_values_of_an_option() {
+        for (option, _, names) in crate::options::SHORT {
+            let line = TYPES.lines().find(|line| line.trim_start().starts_with(&format!("{option}?:"))).unwrap_or("");
+            let missing: Vec<_> = names.iter().filter(|name| !line.contains(&format!("\"{name}\""))).collect();
+            assert!(missing.is_empty(), "`{option}` lacks {missing:?}");
+        }
+    }
 }
