@@ -15,8 +15,13 @@ use serde_json::{Value, json};
 
 /// Rotation and scale of KHR_texture_transform. Where it turns and stretches at once, tangents alone do not tell how
 /// long the mesh's own coordinates are, so that scales beside a turn are even.
-const TRANSFORMS: [(f32, [f32; 2]); 5] =
-    [(std::f32::consts::FRAC_PI_2, [1.0, 1.0]), (0.6, [1.4, 1.4]), (0.0, [-1.0, 1.0]), (0.0, [0.5, -1.75]), (2.0, [-0.8, 0.8])];
+const TRANSFORMS: [(f32, [f32; 2]); 5] = [
+    (std::f32::consts::FRAC_PI_2, [1.0, 1.0]),
+    (0.6, [1.4, 1.4]),
+    (0.0, [-1.0, 1.0]),
+    (0.0, [0.5, -1.75]),
+    (2.0, [-0.8, 0.8]),
+];
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Slot {
@@ -139,8 +144,7 @@ fn what_maps_say_of_directions_turns_with_their_transform() {
     for slot in [Slot::Normal, Slot::CoatNormal, Slot::Anisotropy] {
         for transform in TRANSFORMS {
             for has_tangents in [false, true] {
-                let mut seen =
-                    |way| picture(&mut renderer, &file(slot, transform, way, has_tangents).scene(), view);
+                let mut seen = |way| picture(&mut renderer, &file(slot, transform, way, has_tangents).scene(), view);
                 let [transformed, baked, plain] = [Way::Transformed, Way::Baked, Way::Plain].map(&mut seen);
                 let (same, other) = (difference(&transformed, &baked), difference(&plain, &baked));
                 println!("{slot:?} {transform:?} {has_tangents}: {same:.3} levels, without the transform {other:.2}");
