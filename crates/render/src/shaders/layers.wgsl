@@ -17,7 +17,7 @@ import package::shaders::layer_maps::{
     MAP_DIFFUSE_TRANSMISSION_COLOR, MAP_IRIDESCENCE, MAP_IRIDESCENCE_THICKNESS, MAP_SHEEN_COLOR, MAP_SHEEN_ROUGHNESS,
     MAP_SPECULAR, MAP_SPECULAR_COLOR, MAP_THICKNESS, MAP_TRANSMISSION, color_map, data_map, has_layer, has_map, layer_factors,
 };
-import package::shaders::surface_material::{bent_normal, vertex_normal_of};
+import package::shaders::surface_material::{bent_normal, material_factors, unplaced_direction, vertex_normal_of};
 import package::shaders::surface_vertex::SurfaceVarying;
 
 // Below this the sheen of a fibre is narrower than half floats can hold.
@@ -46,6 +46,16 @@ struct LayerSample {
     diffuse_transmission: vec4f,
 }
 
+// What makes a map's UVs of those that tangents are for: the set of the normal map. How another set lies to it nobody
+// says, and tangents are taken as they are.
+fn tangent_rows(map: u32) -> array<vec4f, 2> {
+    let row0 = layer_factors.maps[map * 2u];
+    if row0.w == material_factors.uv_rows[4].w {
+        return array(row0, layer_factors.maps[map * 2u + 1u]);
+    }
+    return array(vec4f(1.0, 0.0, 0.0, 0.0), vec4f(0.0, 1.0, 0.0, 0.0));
+}
+
 // Reads all maps, which has to be done before anything depends on the fragment.
 fn layer_sample(in: SurfaceVarying, front_facing: bool) -> LayerSample {
     var out: LayerSample;
@@ -61,7 +71,8 @@ fn layer_sample(in: SurfaceVarying, front_facing: bool) -> LayerSample {
         out.coat_normal = vertex_normal_of(in, front_facing);
         if has_map(MAP_CLEARCOAT_NORMAL) {
             let texel = data_map(in, MAP_CLEARCOAT_NORMAL).xyz;
-            out.coat_normal = bent_normal(in, front_facing, texel, layer_factors.coat.z);
+            let rows = tangent_rows(MAP_CLEARCOAT_NORMAL);
+            out.coat_normal = bent_normal(in, front_facing, texel, layer_factors.coat.z, rows[0], rows[1]);
         }
     }
     if has_layer(LAYER_SHEEN) {
@@ -78,7 +89,11 @@ fn layer_sample(in: SurfaceVarying, front_facing: bool) -> LayerSample {
         }
         let cosine = layer_factors.anisotropy.y;
         let sine = layer_factors.anisotropy.z;
-        let turned = vec2f(cosine * direction.x - sine * direction.y, sine * direction.x + cosine * direction.y);
+        var turned = vec2f(cosine * direction.x - sine * direction.y, sine * direction.x + cosine * direction.y);
+        if has_map(MAP_ANISOTROPY) {
+            let rows = tangent_rows(MAP_ANISOTROPY);
+            turned = unplaced_direction(turned, rows[0], rows[1]);
+        }
         out.tangent = tangent * turned.x + bitangent * turned.y;
     }
     if has_layer(LAYER_IRIDESCENCE) {

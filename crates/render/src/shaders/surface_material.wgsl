@@ -113,12 +113,26 @@ fn vertex_normal_of(in: SurfaceVarying, front_facing: bool) -> vec3f {
         length_squared > 1e-20) * select(-1.0, 1.0, front_facing);
 }
 
-// That normal bent as a texel of a normal map says.
-fn bent_normal(in: SurfaceVarying, front_facing: bool, texel: vec3f, scale: f32) -> vec3f {
+// A direction along the surface, by tangent and bitangent of the UVs that two rows make of the mesh's, by those of the
+// mesh. Tangents are for the mesh's UVs, and a map that is turned turns what it says: of UVs M (u, v) the tangent is the
+// first column of the inverse of M, and the bitangent, against v, is across it.
+fn unplaced_direction(direction: vec2f, row0: vec4f, row1: vec4f) -> vec2f {
+    let length_squared = dot(row1.xy, row1.xy);
+    let side = select(-1.0, 1.0, row0.x * row1.y >= row0.y * row1.x);
+    let turn = select(vec2f(1.0, 0.0), row1.yx * inverseSqrt(max(length_squared, 1e-36)), length_squared > 1e-30);
+    let along = direction.x * side;
+    return vec2f(turn.x * along - turn.y * direction.y, turn.y * along + turn.x * direction.y);
+}
+
+// That normal bent as a texel of a normal map says, whose UVs the rows make of the mesh's.
+fn bent_normal(
+    in: SurfaceVarying, front_facing: bool, texel: vec3f, scale: f32, row0: vec4f, row1: vec4f,
+) -> vec3f {
     let vertex_normal = vertex_normal_of(in, front_facing);
     let facing = select(-1.0, 1.0, front_facing);
     let encoded = texel * 2.0 - 1.0;
-    let offset = vec3f(encoded.x * scale, encoded.y * scale * material_factors.normal_y_sign, encoded.z);
+    let placed = vec2f(encoded.x, encoded.y * material_factors.normal_y_sign) * scale;
+    let offset = vec3f(unplaced_direction(placed, row0, row1), encoded.z);
     let tangent = in.tangent_world.xyz;
     let bitangent = cross(in.normal_world, tangent) * in.tangent_world.w;
     let bent = (tangent * offset.x + bitangent * offset.y) * facing + vertex_normal * offset.z;
@@ -132,7 +146,13 @@ fn shading_normal(in: SurfaceVarying, bias: f32, front_facing: bool) -> vec3f {
             @if(!relief) let texel = textureSampleBias(normal_texture, normal_sampler, material_uv(in.uv, 2u), bias).xyz;
             @if(relief) let texel = textureSampleGrad(normal_texture, normal_sampler, material_uv(in.uv, 2u),
                 material_uv_dx(2u, bias), material_uv_dy(2u, bias)).xyz;
-            return bent_normal(in, front_facing, texel, material_factors.normal_scale);
+            var row0 = vec4f(1.0, 0.0, 0.0, 0.0);
+            var row1 = vec4f(0.0, 1.0, 0.0, 0.0);
+            if places_uvs != 0u {
+                row0 = material_factors.uv_rows[4];
+                row1 = material_factors.uv_rows[5];
+            }
+            return bent_normal(in, front_facing, texel, material_factors.normal_scale, row0, row1);
         }
     }
     return vertex_normal_of(in, front_facing);
