@@ -173,6 +173,11 @@ pub struct EnvironmentArgs {
 /// Flags that say what the frame is, of `render`, `graph` and `diff` of models.
 #[derive(Debug, Default, PartialEq, Args)]
 pub struct FrameArgs {
+    /// What the picture is for, as a whole set of settings: product (the studio and its ground, without the file's
+    /// lights), scene (the file's lights and environment alone), data (raw radiance: exposure 0, no environment, ground,
+    /// effects or tone curve). It comes after a stage's settings; flags come after it.
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(crate::preset::Preset::NAMES))]
+    pub preset: Option<String>,
     /// Width and height in pixels; the vertical field of view stays.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub size: String,
@@ -222,7 +227,7 @@ pub struct FrameArgs {
     #[arg(long, value_name = "WHAT")]
     pub background: Option<String>,
     /// shadow: a plane under the model that is seen by the shadow on it alone; none; or a colour, which makes it a
-    /// floor [default: auto: shadow in the studio unless the background is transparent, else none].
+    /// floor [default: auto: shadow in the studio, be it faint, unless the background is transparent, else none].
     #[arg(long, value_name = "WHAT")]
     pub ground: Option<String>,
     /// Stops; or auto: metered, with stops on top as in auto+1 or auto-0.5; or scene: what the file states, else auto
@@ -370,7 +375,7 @@ pub struct RenderArgs {
     pub fps: f32,
     /// Turn around the target, once in N frames: frames 0 to N - 1, or those of `--frames`, which play meanwhile. With
     /// `--time` the animation stands still. It goes around the whole model from outside, whether the file has a camera
-    /// or is a room, unless --orbit says how far.
+    /// or not, unless --orbit says how far; in a room it turns in the middle.
     #[arg(long, value_name = "N", conflicts_with_all = ["camera", "eye"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub turntable: Option<u32>,
     /// Render on the adapter whose name contains this.

@@ -176,6 +176,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     }
     let stage_text = outputs.stage_text(stage.as_ref(), &settings, args)?;
     let source = environment_name(&settings, &scene);
+    say_what_is_baked(args, &input, &settings, source);
     let around = EnvironmentRadiance::new(&settings.environment, &scene).map(Surround);
     let around = around.as_ref().map(|around| around as &dyn Around);
     let bar = Bar::new(args.quiet, &wanted);
@@ -327,6 +328,14 @@ fn interrupted(bar: &Bar, is_kept: bool) -> Failure {
         false => "nothing was found yet; the same command begins anew",
     };
     Failure::new(Kind::Interrupted, "interrupted", hint)
+}
+
+/// Says that a file without lights has the studio's light baked, which nobody asked for.
+fn say_what_is_baked(args: &BakeArgs, input: &Input, settings: &Settings, source: &str) {
+    if source == "studio" && settings.environment.source == Environment::Auto && !args.quiet {
+        let what = "it has no lights, so the light of the studio is baked; --environment none leaves it out";
+        say(format_args!("hint: {}: {what}", input.name()));
+    }
 }
 
 /// What lay around the scene: the word of the setting, or `color`.

@@ -67,6 +67,10 @@ pub fn resolve(
     turn_deg: f32,
 ) -> Result<(Mat4, Projection), Failure> {
     let place = match &spec.place {
+        Place::Default if spec.turns => match turning_inside(spec, framing, turn_deg) {
+            Some(inside) => return Ok(inside),
+            None => DEFAULT_ORBIT,
+        },
         Place::Default => match own_camera(scene, framing) {
             Some(own) => return changed(spec, framing, own),
             None => DEFAULT_ORBIT,
@@ -92,8 +96,25 @@ pub fn resolve(
 
 /// What to say about a camera that nobody asked for and nobody would expect.
 pub fn hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Option<String> {
-    let is_inside = spec.place == Place::Default && scene.placed_cameras().is_empty() && framing.interior().is_some();
+    let has_no_other = scene.placed_cameras().is_empty() || spec.turns;
+    let is_inside = spec.place == Place::Default && has_no_other && framing.interior().is_some();
     is_inside.then(|| "it encloses its middle and is seen from inside; --orbit 30,28,auto shows it from outside".into())
+}
+
+/// The camera of a turntable in a room, which turns in its middle; none elsewhere, and where something is to be looked at.
+fn turning_inside(spec: &CameraSpec, framing: &Framing, turn_deg: f32) -> Option<(Mat4, Projection)> {
+    let is_asked_for_more = spec.target.is_some() || spec.up.is_some() || spec.ortho_height_m.is_some();
+    let interior = framing.interior().filter(|_| !is_asked_for_more)?;
+    let (_, rotation, eye) = interior.world_from_view.to_scale_rotation_translation();
+    let eye = framing.center_world().with_y(eye.y);
+    let rotation = Quat::from_rotation_y(turn_deg.to_radians()) * rotation;
+    let Projection::Perspective { fov_y_rad, near_m, far_m } = interior.projection else { return None };
+    let projection = Projection::Perspective {
+        fov_y_rad: spec.fov_y_rad.unwrap_or(fov_y_rad),
+        near_m: spec.near_m.unwrap_or(near_m),
+        far_m: spec.far_m.or(far_m),
+    };
+    Some((Mat4::from_rotation_translation(rotation, eye), projection))
 }
 
 /// The first camera of the file; of a room without one, the view from inside.

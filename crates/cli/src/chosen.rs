@@ -1,8 +1,9 @@
-//! Settings as they are chosen: the defaults, the input's stage, a file, flags, then `--set`; each comes after the one
-//! before.
+//! Settings as they are chosen: the defaults, the input's stage, a preset, a file, flags, then `--set`; each comes after
+//! the one before.
 
 use crate::args::{ChangeArgs, FrameArgs};
 use crate::failure::{Failure, Kind};
+use crate::preset::Preset;
 use crate::request::{effect_files, effect_names, program_failure, read_effect, read_text};
 use manypass::settings::{SettingsError, Written};
 use manypass::shader::ProgramError;
@@ -57,6 +58,7 @@ pub struct Chosen<'a> {
     /// The effects that flags name.
     given: Vec<EffectFile>,
     meets_stages: bool,
+    preset: Option<Preset>,
 }
 
 impl<'a> Chosen<'a> {
@@ -73,7 +75,8 @@ impl<'a> Chosen<'a> {
         let file = args.settings.as_ref().map(read).transpose()?;
         let folder = args.settings.as_deref().and_then(Path::parent).unwrap_or(Path::new(""));
         let given = effect_files(&args.change.effects)?;
-        Ok(Self { file, folder, flags: args.flags(), change: &args.change, given, meets_stages: false })
+        let preset = args.preset.as_deref().and_then(Preset::named);
+        Ok(Self { file, folder, flags: args.flags(), change: &args.change, given, meets_stages: false, preset })
     }
 
     /// The choice of `bench`.
@@ -82,7 +85,15 @@ impl<'a> Chosen<'a> {
     /// An effect that cannot be read, or is none.
     pub fn of_change(args: &'a ChangeArgs) -> Result<Self, Failure> {
         let given = effect_files(&args.effects)?;
-        Ok(Self { file: None, folder: Path::new(""), flags: args.flags(), change: args, given, meets_stages: false })
+        Ok(Self {
+            file: None,
+            folder: Path::new(""),
+            flags: args.flags(),
+            change: args,
+            given,
+            meets_stages: false,
+            preset: None,
+        })
     }
 
     /// The same where some input is a stage, which has effects of its own.
@@ -151,6 +162,11 @@ impl<'a> Chosen<'a> {
         self.settings_over(settings, stage)
     }
 
+    /// What the picture is for, where that was said.
+    pub fn preset(&self) -> Option<Preset> {
+        self.preset
+    }
+
     /// The tier that was chosen.
     pub fn quality(&self) -> Option<Quality> {
         self.change.quality.as_deref().and_then(Quality::named)
@@ -169,6 +185,9 @@ impl<'a> Chosen<'a> {
         let effects = &mut effects;
         if let Some(stage) = stage {
             settings.apply_stage(stage, effects).map_err(|error| stage_failure(&error))?;
+        }
+        for (key, value) in self.preset.iter().flat_map(|preset| preset.table()) {
+            settings.set(key, value).map_err(|error| Failure::usage(error, "report this"))?;
         }
         let pairs: Vec<(&str, &str)> = self.change.set.iter().map(|pair| key_value(pair)).collect::<Result<_, _>>()?;
         let hints: Vec<&str> = pairs.iter().map(|(key, _)| effect_hint(key, effects)).collect();

@@ -4,6 +4,7 @@ use crate::failure::Failure;
 use crate::interrupt;
 use crate::job::Job;
 use crate::looks::Subject;
+use crate::one_tone::OneTone;
 use crate::output;
 use crate::session::{output_failure, still_failure, write_failure};
 use manypass::{FrameRequest, PngEncoding, RenderError, Renderer};
@@ -28,6 +29,8 @@ pub struct Delivery {
     pub readback_ms: f64,
     /// Milliseconds to encode and write them.
     pub encode_ms: f64,
+    /// What nearly all of the picture is, if it is no EXR.
+    pub one_tone: Option<OneTone>,
     /// Files with all of their bytes, which are not in their places yet; the picture is the last.
     whole: Vec<AtomicFile>,
     /// What goes to standard output.
@@ -81,8 +84,11 @@ impl Delivery {
                 delivery.aovs.insert(aov.name(), path.display().to_string());
                 delivery.aov_ranges.extend(range.map(|range| (aov.name(), range)));
             }
-            let (bytes, display_reading) = display(renderer, request, job.format)?;
-            reading += display_reading;
+            let begun = Instant::now();
+            let pixels = renderer.read_display().map_err(failed)?;
+            reading += begun.elapsed();
+            delivery.one_tone = OneTone::of(&pixels, request.settings.background.source);
+            let bytes = encoded(&pixels, request, job.format)?;
             match target {
                 // Last, because --skip-existing and readers take it for the sign that the picture is done.
                 Some(target) => delivery.whole.push(written(target, &bytes)?),
@@ -149,18 +155,15 @@ fn written(path: &Path, bytes: &[u8]) -> Result<AtomicFile, Failure> {
     Ok(file)
 }
 
-/// The bytes of the picture for the display, and the time that it took to read.
-fn display(renderer: &mut Renderer, request: &FrameRequest, format: Format) -> Result<(Vec<u8>, Duration), Failure> {
-    let start = Instant::now();
-    let pixels = renderer.read_display().map_err(failed)?;
-    let reading = start.elapsed();
+/// The file of the picture for the display.
+fn encoded(pixels: &[u8], request: &FrameRequest, format: Format) -> Result<Vec<u8>, Failure> {
     let (width, height) = (request.width, request.height);
     let bytes = match format {
-        Format::Jpg => encode::jpg(width, height, &pixels),
-        Format::Webp => encode::webp(width, height, &pixels),
-        Format::Png | Format::Exr => encode::png_rgba8(width, height, &pixels),
+        Format::Jpg => encode::jpg(width, height, pixels),
+        Format::Webp => encode::webp(width, height, pixels),
+        Format::Png | Format::Exr => encode::png_rgba8(width, height, pixels),
     };
-    Ok((bytes.map_err(output_failure)?, reading))
+    bytes.map_err(output_failure)
 }
 
 fn failed(error: RenderError) -> Failure {

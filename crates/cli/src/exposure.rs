@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::session::still_failure;
-use manypass::{Exposure, FrameRequest, Metering, Renderer};
+use manypass::{Environment, Exposure, FrameRequest, Metering, Renderer};
 use manypass_scene::Scene;
 use serde_json::{Value, json};
 
@@ -30,6 +30,16 @@ impl Taken {
     /// Puts it into the request of one picture.
     pub fn expose(&self, request: &mut FrameRequest) {
         request.expose(self.exposure, self.metering);
+    }
+
+    /// The hint of a model of which most was metered to be too dark to be read; `environment` is resolved. A faint
+    /// studio is brighter where that is so.
+    pub fn dark_hint(&self, environment: Environment) -> Option<String> {
+        let metering = self.metering.filter(|_| matches!(self.exposure, Exposure::Auto { .. }))?;
+        let is_dark = metering.dark_share > 0.5 && environment != Environment::Fill;
+        let percent = (100.0 * metering.dark_share).round();
+        let flags = "--preset product shows it in the studio, and --environment fill adds a faint one";
+        is_dark.then(|| format!("{percent} % of what is seen of the model is darker than 16 of 255: {flags}"))
     }
 
     /// What the report says of it, and of what a picture adapted to.

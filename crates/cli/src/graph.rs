@@ -27,13 +27,16 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     let aovs = job::aovs(args.frame.aov.as_deref(), &aov_names())?;
     job::check_aovs(!aovs.is_empty(), &settings)?;
     let Opened { mut scene, mut warnings, stage } = input.load()?;
-    let (settings, files) = match &stage {
+    let (mut settings, files) = match &stage {
         None => (settings, files),
         stage => chosen.settings(Settings::default(), stage.as_ref())?,
     };
     job::check_aovs(!aovs.is_empty(), &settings)?;
     job::check_settings(&settings)?;
     warnings.extend(Surroundings::new(None).prepare(&mut scene, &settings)?);
+    if let Some(preset) = chosen.preset() {
+        preset.prepare(&mut scene, &mut settings);
+    }
     scenes::show(&mut scene, args.frame.scene.as_deref(), &mut warnings)?;
     scene.variant = looks::variant(&scene, args.frame.variant.as_deref())?;
     let floor = args.limits.as_deref().and_then(Floor::named);

@@ -208,7 +208,7 @@ impl Batch<'_> {
                         slot => slot.insert(self.load(item, &mut phases)?),
                     };
                     if !is_metered {
-                        self.meter(loaded, look_index, &mut phases)?;
+                        self.meter(&input.name(), loaded, look_index, &mut phases)?;
                         is_metered = true;
                     }
                     phases.start = std::mem::take(&mut self.start_ms);

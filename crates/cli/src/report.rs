@@ -124,6 +124,8 @@ pub struct Entry<'a> {
     pub scrubbed_pixels: Option<u64>,
     /// What the reader and the renderer warned of.
     pub warnings: &'a [String],
+    /// What was hinted at.
+    pub hints: &'a [String],
 }
 
 /// What the program was called with, without its own name.
@@ -233,6 +235,7 @@ impl Report {
             "clamped_pixels": entry.clamped_pixels,
             "scrubbed_pixels": entry.scrubbed_pixels,
             "warnings": entry.warnings,
+            "hints": entry.hints,
         }))
     }
 

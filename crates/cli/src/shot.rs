@@ -14,10 +14,13 @@ use std::sync::Arc;
 /// What an automatic camera shows whole in every picture of a scene, whichever are drawn: where a time, frames or an
 /// animation are asked for, everything over the whole animation.
 pub fn framing(scene: &mut Scene, args: &RenderArgs) -> Result<Framing, Failure> {
-    Ok(match animation(scene, args)? {
+    let framing = match animation(scene, args)? {
         Some(index) => Framing::of_animation(scene, index),
         None => Framing::of_scene(scene),
-    })
+    };
+    // A turntable takes no camera of the file; a room turns around who stands in it.
+    let turns_by_itself = args.turntable.is_some() && args.frame.orbit.is_none();
+    Ok(if turns_by_itself { framing.looking_inside(scene) } else { framing })
 }
 
 /// The camera at a frame of a turntable, of which a full turn takes as many frames as `--turntable` says; elsewhere all

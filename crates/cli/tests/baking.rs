@@ -310,8 +310,10 @@ fn a_baked_room_shows_what_its_walls_send_each_other() {
         run_in(&folder, &["render", model, "-o", name, "--size", "200x200", "--samples", "4", "--no-cache"]).expect(0);
         image::open(folder.join(name)).expect("a PNG").into_rgb8()
     };
+    // The demo has live probes of its own.
+    folder.write("none.stage.toml", b"model = \"demo:cornell\"\n[environment]\nsource = \"none\"\n");
     let (none, direct, all) = (
-        picture("none.png", "demo:cornell"),
+        picture("none.png", "none.stage.toml"),
         picture("direct.png", "direct.stage.toml"),
         picture("all.png", "all.stage.toml"),
     );
@@ -319,6 +321,8 @@ fn a_baked_room_shows_what_its_walls_send_each_other() {
     for place in [ceiling, tall_left, small_right, floor] {
         assert_eq!(color(&none, place), [0.0; 3]);
     }
+    let live = picture("live.png", "demo:cornell");
+    assert!(color(&live, ceiling)[0] > 20.0 && color(&live, floor)[0] > 20.0, "the demo brings its light");
     // The lamp does not see the ceiling; the walls do.
     assert!(color(&direct, ceiling).iter().sum::<f32>() < 6.0 && color(&all, ceiling)[0] > 20.0);
     let [red, green, _] = color(&all, tall_left);

@@ -149,3 +149,64 @@ fn the_demo_states_its_exposure() {
     let exposure = &report(&folder, "r.json")[0]["exposure"];
     assert_eq!((&exposure["mode"], exposure["stops"].as_f64()), (&json!("stops"), Some(0.0)));
 }
+
+#[test]
+fn presets_are_whole_sets_and_flags_come_after_them() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("exposure-presets");
+    folder.write("lamp.gltf", lamp(4e4).as_bytes());
+    folder.write("s.stage.toml", b"model = \"lamp.gltf\"\n[settings.tone_map]\ncurve = \"aces\"\n");
+    let of = |input: &str, more: &[&str]| {
+        let common = ["render", input, "--size", "16x16", "--samples", "1", "-o", "p.png", "--report", "r.json"];
+        run_in(&folder, &[&common, more].concat()).expect(0);
+        report(&folder, "r.json").remove(0)
+    };
+    let source = |value: &Value| value["settings"]["environment"]["source"].clone();
+    let product = of("lamp.gltf", &["--preset", "product"]);
+    assert_eq!((source(&product), &product["exposure"]["mode"]), (json!("studio"), &json!("stops")));
+    assert_eq!((&product["lights"], &product["settings"]["ground"]["mode"]), (&json!(0), &json!("shadow")));
+    let scene = of("lamp.gltf", &["--preset", "scene"]);
+    assert_eq!(
+        (source(&scene), &scene["exposure"]["mode"], &scene["lights"]),
+        (json!("none"), &json!("auto"), &json!(1))
+    );
+    let data = of("s.stage.toml", &["--preset", "data", "--exposure", "1"]);
+    assert_eq!((source(&data), data["exposure"]["stops"].as_f64()), (json!("none"), Some(1.0)));
+    assert_eq!(data["settings"]["tone_map"]["curve"], "none", "it comes after the stage");
+    let sky = of("lamp.gltf", &["--preset", "scene", "--environment", "sky"]);
+    assert_eq!(source(&sky), "sky");
+    assert_eq!(run_in(&folder, &["render", "lamp.gltf", "--preset", "nice"]).code, 2);
+}
+
+#[test]
+fn a_picture_of_one_tone_says_so_once_a_sequence() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("exposure-tone");
+    folder.write("lamp.gltf", lamp(4e4).as_bytes());
+    let of = |more: &[&str]| {
+        let common = ["render", "lamp.gltf", "--size", "32x32", "--samples", "1", "--strict", "--report", "r.json"];
+        let run = run_in(&folder, &[&common, more].concat()).expect(0);
+        let hints: usize =
+            report(&folder, "r.json").iter().map(|line| line["hints"].to_string().matches("99 %").count()).sum();
+        (run.stderr.matches("hint: lamp.gltf: 99 % of the picture or more is").count(), hints, run.stderr)
+    };
+    let dark = ["--environment", "none", "--exposure", "-40"];
+    for output in ["d.png", "d.exr"] {
+        let (said, reported, text) = of(&[&dark[..], &["-o", output]].concat());
+        assert_eq!((said, reported), (1, 1), "{output}: {text}");
+        assert!(text.contains("black: --exposure auto"), "{text}");
+    }
+    let (said, reported, text) = of(&[&dark[..], &["--frames", "0..2", "--fps", "1", "-o", "d{frame}.png"]].concat());
+    assert!(said == 1 && reported >= 1, "{said} {reported}: {text}");
+    let (said, _, text) = of(&["--environment", "none", "--exposure", "40", "-o", "w.png", "--orbit", "0,90,0.5"]);
+    assert!(said == 1 && text.contains("white: --exposure auto"), "{text}");
+    let (said, _, text) = of(&["--background", "336699", "--ground", "none", "--orbit", "0,30,60", "-o", "e.png"]);
+    assert!(said == 1 && text.contains("the background: --orbit"), "{text}");
+    for quiet in [&["--aov", "depth", "-o", "a.png"][..], &["--background", "transparent", "-o", "t.png"]] {
+        assert_eq!(of(&[&dark[..], quiet].concat()).0, 0, "{quiet:?}");
+    }
+}

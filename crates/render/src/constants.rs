@@ -125,9 +125,6 @@ shared_constants! {
     /// The level of roughness 1, which seen along the normal is that of irradiance, too.
     ENVIRONMENT_LEVEL_LAST: f32 = 21.0;
 
-    /// Texels along the sides of the map of the ground.
-    GROUND_MAP_SIDE: f32 = 256.0;
-
     /// The least perceptual roughness that is shaded: below it the highlight of a punctual light is smaller than half
     /// floats can hold.
     ROUGHNESS_PERCEPTUAL_MIN: f32 = 0.045;

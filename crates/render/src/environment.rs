@@ -34,7 +34,8 @@ pub enum Environment {
     /// The studio, faint, for a scene that brings its own lights: what they leave dark can still be seen. It has
     /// [`FILL_SHARE`] of the studio's level in the picture that automatic exposure makes, however strong the lights
     /// are; so it neither drowns a lamp of 1 cd nor vanishes beside one of 10⁶ cd. Its backdrop has
-    /// [`FILL_BACKDROP_SHARE`]. Where the lights reach nothing that is seen it is the whole studio.
+    /// [`FILL_BACKDROP_SHARE`]. Where the lights leave more than half of what is seen dark it is brighter, up to the
+    /// whole studio where they reach nothing.
     Fill,
     /// The sky of the Earth, computed from sun, air and ground ([`manypass_scene::Sky`]); its sun casts shadows.
     Sky,

@@ -30,6 +30,9 @@ const UNCHANGED_STOPS: f64 = 2.0;
 /// Of what exceeds them, t, this makes t / (1 + 4 t) remain.
 const COMPRESSION: f64 = 4.0;
 
+/// The shares of dark surfaces between which the faint studio becomes the whole one.
+const UNLIT_SHARES: [f32; 2] = [0.5, 0.85];
+
 /// How the exposure of a picture is found.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Exposure {
@@ -127,6 +130,9 @@ pub struct Metering {
     pub peak: f64,
     /// The share of the pixels that show a surface.
     pub surface_share: f64,
+    /// The share of the surfaces that is darker than 16 of 255 in the picture that automatic exposure makes: so dark
+    /// that nothing can be told apart.
+    pub dark_share: f64,
     /// What automatic exposure multiplies by, in stops.
     pub stops: f32,
     /// What radiance is multiplied by, in stops, while it is in half floats, and divided by afterwards. A whole number,
@@ -158,9 +164,22 @@ impl Metering {
             log_average_luminance,
             peak,
             surface_share,
+            dark_share: 0.0,
             stops: (picture_level_stops(level) - level) as f32,
             pre_exposure_stops: wanted.min(room.max(wanted - PEAK_STOPS_MAX)).clamp(-100, 100),
         }
+    }
+}
+
+impl Metering {
+    /// What is darker than this in the picture counts as dark: 16 of 255 in sRGB, as luminance.
+    pub(crate) const DARK: f64 = 0.005_182;
+
+    /// How far lamps leave a scene unlit: 0 where they light half of it or more, 1 where nearly nothing.
+    fn unlit(&self) -> f32 {
+        let [some, most] = UNLIT_SHARES;
+        let along = ((self.dark_share as f32 - some) / (most - some)).clamp(0.0, 1.0);
+        along * along * (3.0 - 2.0 * along)
     }
 }
 
@@ -211,7 +230,9 @@ impl FrameRequest {
             (Environment::Fill, Some(Metering { log_average_luminance: None, .. })) => (WITHOUT_KEY_LIGHT, 1.0),
             (Environment::Fill, metering) => {
                 let level = metering.map_or(1.0, |metering| (-metering.stops).exp2());
-                (WITHOUT_KEY_LIGHT * FILL_SHARE * level, FILL_BACKDROP_SHARE * level)
+                let unlit = metering.map_or(0.0, |metering| metering.unlit());
+                let share = |least: f32| least + (1.0 - least) * unlit;
+                (WITHOUT_KEY_LIGHT * share(FILL_SHARE) * level, share(FILL_BACKDROP_SHARE) * level)
             }
             _ => (1.0, 1.0),
         };
@@ -277,6 +298,14 @@ mod tests {
         for wrong in ["", "auto1", "auto+", "nan", "auto+nan", "65", "automatic", "auto+-1x"] {
             assert!(wrong.parse::<Exposure>().is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn what_lamps_leave_dark_is_lit_by_the_studio() {
+        let unlit = |dark_share| Metering { dark_share, ..Metering::default() }.unlit();
+        assert_eq!([0.0, 0.3, 0.5].map(unlit), [0.0; 3], "as faint as stated where lamps light half of it");
+        assert_eq!([0.85, 1.0].map(unlit), [1.0; 2]);
+        assert!(unlit(0.6) > 0.0 && unlit(0.6) < unlit(0.7));
     }
 
     #[test]

@@ -7,7 +7,8 @@ mod common;
 use common::renderer;
 use glam::{Mat4, Quat, Vec3};
 use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Ground, Path, Renderer, Tonemap, View};
-use manypass_scene::{Light, LightKind, Material, Mesh, Node, Projection, Scene, primitives};
+use manypass_scene::framing::{Framing, orbit_rotation};
+use manypass_scene::{Light, LightKind, Material, Mesh, Node, Primitive, Projection, Scene, primitives};
 use std::f32::consts::FRAC_PI_2;
 
 const SIZE: u32 = 96;
@@ -16,9 +17,13 @@ const HEIGHT_M: f32 = 8.0;
 
 /// A sphere of 1 m over the origin of the ground.
 fn scene(middle_m: f32) -> Scene {
+    scene_of(primitives::uv_sphere(1.0, 48, 24), middle_m)
+}
+
+fn scene_of(shape: Primitive, middle_m: f32) -> Scene {
     let mut scene = Scene::default();
     scene.materials.push(Material::default());
-    scene.meshes.push(Mesh { primitives: vec![primitives::uv_sphere(1.0, 48, 24)], ..Mesh::default() }.into());
+    scene.meshes.push(Mesh { primitives: vec![shape], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh: Some(0), translation: Vec3::new(0.0, middle_m, 0.0), ..Node::default() });
     scene.update_transforms();
     scene
@@ -83,8 +88,12 @@ fn the_shadow_of_a_directional_light_lies_where_it_falls() {
         });
         let found = at(&mut renderer, &scene, &dark, &places);
         let alphas: Vec<f32> = found.iter().map(|[_, alpha]| *alpha).collect();
-        assert!(alphas[..3].iter().all(|alpha| *alpha > 0.97), "{path:?}: {alphas:?}");
-        assert!(alphas[3..].iter().all(|alpha| *alpha < 0.03), "{path:?}: {alphas:?}");
+        // Something is seen of the background in the darkest shadow, and the picture shows the scene as a whole: far from
+        // it the shadow fades towards the border.
+        let [under, far, beside, ref lit @ ..] = alphas[..] else { panic!("{alphas:?}") };
+        let is_dark = |alpha: f32| (0.7..0.81).contains(&alpha);
+        assert!(is_dark(under) && is_dark(beside) && (0.3..under).contains(&far), "{path:?}: {alphas:?}");
+        assert!(lit.iter().all(|alpha| *alpha < 0.03), "{path:?}: {alphas:?}");
         assert!(found.iter().all(|[radiance, _]| *radiance == 0.0), "{path:?}: a shadow gives no light");
         pictures.push(renderer.read_display().unwrap());
         let open = dark.with(|settings| settings.shadows.enabled = false);
@@ -145,4 +154,83 @@ fn the_studio_has_one_shadow_on_its_own() {
         renderer.stats().draws
     });
     assert!(draws[0] == draws[1], "{draws:?}");
+}
+
+/// The request of a product shot on white: all of the scene, from a yaw and a pitch in degrees, by a camera that stands
+/// where the automatic one would.
+fn product_shot(scene: &Scene, (width, height): (u32, u32), [yaw_deg, pitch_deg]: [f32; 2]) -> FrameRequest {
+    let framing = Framing::of_scene(scene);
+    let rotation = orbit_rotation(yaw_deg, pitch_deg, Vec3::Y);
+    let lens = Projection::Perspective { fov_y_rad: std::f32::consts::FRAC_PI_4, near_m: 0.01, far_m: None };
+    let fit = framing.turning(framing.center_world(), Vec3::Y);
+    let eye = fit.eye(rotation, lens.half_extent(width as f32 / height as f32));
+    let mut request = FrameRequest::of_scene(scene, width, height);
+    request.camera = View { world_from_view: Mat4::from_rotation_translation(rotation, eye), projection: lens };
+    request.settings.background.source = Background::Color([1.0; 3]);
+    request
+}
+
+/// How far the pixels of the border, and of all of the picture without surfaces, are from white.
+fn shade(pixels: &[u8], (width, height): (u32, u32)) -> (u32, u32) {
+    let mut sums = (0, 0);
+    for (index, pixel) in (0..).zip(pixels.chunks_exact(4)) {
+        let (x, y) = (index % width, index / width);
+        let dark = pixel[..3].iter().map(|value| u32::from(255 - value)).sum::<u32>();
+        if x == 0 || y == 0 || x + 1 == width || y + 1 == height {
+            sums.0 += dark;
+        }
+        sums.1 += dark;
+    }
+    sums
+}
+
+#[test]
+fn the_border_of_a_product_shot_is_white_and_the_shadow_is_there() {
+    let mut renderer = renderer();
+    let shapes = [
+        primitives::uv_sphere(1.0, 48, 24),
+        primitives::cube(Vec3::splat(2.0)),
+        primitives::cube(Vec3::new(0.4, 3.0, 0.4)),
+        primitives::cube(Vec3::new(4.0, 0.1, 3.0)),
+        primitives::cube(Vec3::new(6.0, 1.0, 0.5)),
+    ];
+    for (index, shape) in shapes.into_iter().enumerate() {
+        let scene = scene_of(shape, 0.0);
+        for size in [(96, 72), (64, 64), (60, 100)] {
+            for pitch_deg in [3.0, 15.0, 28.0, 60.0] {
+                let shot = product_shot(&scene, size, [30.0, pitch_deg]);
+                renderer.render(&scene, &shot).unwrap();
+                let with = shade(&renderer.read_display().unwrap(), size);
+                assert_eq!(with.0, 0, "shape {index}, {size:?}, {pitch_deg} degrees: the border is not white");
+                let bare = shot.with(|settings| settings.ground.mode = Ground::None);
+                renderer.render(&scene, &bare).unwrap();
+                let without = shade(&renderer.read_display().unwrap(), size);
+                assert!(with.1 > without.1, "shape {index}, {size:?}, {pitch_deg} degrees: no shadow");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_shadow_does_not_jump_on_a_turntable_and_is_not_cut_from_near() {
+    let (mut renderer, size) = (renderer(), (96, 72));
+    let scene = scene_of(primitives::cube(Vec3::new(3.0, 1.0, 1.0)), 0.5);
+    let mut shadow_at = |request: &FrameRequest| {
+        let [with, without] = [Ground::Shadow, Ground::None].map(|ground| {
+            renderer.render(&scene, &request.with(|settings| settings.ground.mode = ground)).unwrap();
+            shade(&renderer.read_display().unwrap(), size)
+        });
+        [with.0 - without.0, with.1 - without.1].map(f64::from)
+    };
+    let shadows: Vec<f64> =
+        (0..72u8).map(|frame| shadow_at(&product_shot(&scene, size, [5.0 * f32::from(frame), 20.0]))[1]).collect();
+    for (frame, shadow) in shadows.iter().enumerate() {
+        let next = shadows[(frame + 1) % shadows.len()];
+        assert!((next - shadow).abs() < 0.2 * shadow.max(next), "frame {frame}: {shadow}, then {next}");
+    }
+    // Who stands so near that the model is cut by the picture's border sees its shadow there, too.
+    let mut near = product_shot(&scene, size, [30.0, 40.0]);
+    let eye = near.camera.world_from_view.w_axis.truncate();
+    near.camera.world_from_view.w_axis = (Vec3::new(0.0, 0.5, 0.6) + 0.25 * eye).extend(1.0);
+    assert!(shadow_at(&near)[0] > 0.0);
 }

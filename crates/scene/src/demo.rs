@@ -88,6 +88,17 @@ fn staged(mut scene: Scene, name: &str) -> Option<Scene> {
     Some(scene)
 }
 
+/// What frames of a demo need beside its scene and settings, as a stage: the room of `cornell` is lit by what its walls send
+/// each other, which live probes find. It is no part of [`stage`], because bakers find that light themselves.
+pub fn frame_stage(name: &str) -> Option<Stage> {
+    let text = match name {
+        "cornell" => "model = \"demo:cornell\"\n[[probes]]\ncounts = [4, 4, 4]\n",
+        _ => return None,
+    };
+    // A test reads it.
+    Stage::parse(&format!("demo:{name}"), text).ok()
+}
+
 /// What a demo brings of settings, if it has any of its own: a stage without more. A stage of the user's that has a demo
 /// as its model takes none of them.
 pub fn stage(name: &str) -> Option<Stage> {
@@ -516,6 +527,9 @@ mod tests {
             };
             assert!(stage.is_none_or(|stage| stage.model() == model), "{name}");
             assert!(named(name).is_some(), "{name}");
+            if let Some((stage, mut scene)) = frame_stage(name).zip(named(name)) {
+                assert!(stage.apply(&mut scene).is_ok(), "{name}");
+            }
         }
     }
 }

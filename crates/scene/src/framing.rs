@@ -77,6 +77,12 @@ impl Framing {
         Self { interior, ..Self::of_points(vertices::animated(scene, animation)) }
     }
 
+    /// The same, of what encloses its middle also where it has cameras: for a camera that is none of them.
+    pub fn looking_inside(self, scene: &Scene) -> Self {
+        let interior = self.interior.or_else(|| Interior::find(scene));
+        Self { interior, ..self }
+    }
+
     /// The corners of a box.
     pub fn of_bounds(bounds_world: &Aabb) -> Self {
         Self::of_points(if bounds_world.is_empty() { Vec::new() } else { bounds_world.corners().to_vec() })

@@ -74,9 +74,12 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let mut read = |argument: &str| -> Result<Read, Failure> {
         let input = one(argument)?;
         let Opened { mut scene, mut warnings, stage } = input.load()?;
-        let (settings, effects) = chosen.settings(Settings::default(), stage.as_ref())?;
+        let (mut settings, effects) = chosen.settings(Settings::default(), stage.as_ref())?;
         job::check_aovs(true, &settings)?;
         warnings.extend(surroundings.prepare(&mut scene, &settings)?);
+        if let Some(preset) = chosen.preset() {
+            preset.prepare(&mut scene, &mut settings);
+        }
         scenes::show(&mut scene, frame.scene.as_deref(), &mut warnings)?;
         scene.variant = looks::variant(&scene, frame.variant.as_deref())?;
         let name = input.name();

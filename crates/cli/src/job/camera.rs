@@ -1,7 +1,7 @@
 //! The flags of the camera, checked.
 
 use crate::args::FrameArgs;
-use crate::camera::{CameraSpec, DEFAULT_ORBIT, Place};
+use crate::camera::{CameraSpec, Place};
 use crate::failure::Failure;
 use glam::Vec3;
 
@@ -42,7 +42,6 @@ pub fn spec(args: &FrameArgs, turns: bool) -> Result<CameraSpec, Failure> {
         (Some(name), _, _) => Place::Named(name.clone()),
         (_, Some(eye), _) => Place::Eye(vector(eye, "--eye")?),
         (_, _, Some(orbit)) => orbit_place(orbit)?,
-        _ if turns => DEFAULT_ORBIT,
         _ => Place::Default,
     };
     spec.target = args.target.as_deref().map(|text| vector(text, "--target")).transpose()?;

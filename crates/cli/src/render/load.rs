@@ -7,7 +7,7 @@ use crate::deliver::check_ids;
 use crate::exposure::Taken;
 use crate::failure::{Failure, say};
 use crate::gather::Item;
-use crate::input::Opened;
+use crate::input::{Input, Opened};
 use crate::job;
 use crate::looks::{self, Look};
 use crate::provenance::{InputFile, input_files};
@@ -18,7 +18,7 @@ use crate::shot::{pose, time_secs, view};
 use crate::{camera, coverage, interrupt, memory, scenes, shot, surroundings};
 use manypass::settings::CameraSettings;
 use manypass::{EffectFile, Environment, Fisheye, Settings};
-use manypass_scene::{Framing, Scene, Stage};
+use manypass_scene::{Framing, Scene, Stage, demo};
 use std::time::Instant;
 
 /// An input in memory and on the device.
@@ -35,6 +35,10 @@ pub(super) struct Loaded {
     pub exposure: Option<Taken>,
     /// What its reader and the renderer warned of.
     pub warnings: Vec<String>,
+    /// What may help, and is no warning.
+    pub hints: Vec<String>,
+    /// Whether a picture of the look that is shown was looked at: a sequence is hinted at once.
+    pub is_looked_at: bool,
     /// The files it was read from; only with a report.
     pub files: Vec<InputFile>,
 }
@@ -50,7 +54,16 @@ impl Batch<'_> {
         self.renderer.unload();
         let Opened { mut scene, mut warnings, stage } = ReadAhead::take(&mut self.ahead, &item.input)?;
         warnings.extend(self.choose(stage.as_ref())?);
+        if let Input::Demo(name) = &item.input
+            && let Some(of_frames) = demo::frame_stage(name)
+        {
+            // A test applies it.
+            let _ = of_frames.apply(&mut scene);
+        }
         warnings.extend(self.surroundings.prepare(&mut scene, &self.settings)?);
+        if let Some(preset) = self.chosen.preset() {
+            preset.prepare(&mut scene, &mut self.settings);
+        }
         interrupt::check()?;
         check_ids(self.job, &scene)?;
         let files = self
@@ -86,23 +99,50 @@ impl Batch<'_> {
             warnings.extend(of_fisheye(args, &scene));
         }
         self.warn(&item.input.name(), &warnings)?;
-        if let Some(hint) = camera::hint(&self.job.look.camera, &scene, &framing).filter(|_| !args.quiet) {
-            self.bar.suspend(|| say(format_args!("hint: {}: {hint}", item.input.name())));
+        let hints: Vec<String> = camera::hint(&self.job.look.camera, &scene, &framing).into_iter().collect();
+        hints.iter().for_each(|hint| self.hint(&item.input.name(), hint));
+        Ok(Loaded {
+            scene,
+            framing,
+            looks,
+            goes_on: false,
+            exposure: None,
+            warnings,
+            hints,
+            is_looked_at: false,
+            files,
+        })
+    }
+
+    /// Says what may help, and hinders nothing.
+    pub(super) fn hint(&self, name: &str, hint: &str) {
+        if !self.args.quiet {
+            self.bar.suspend(|| say(format_args!("hint: {name}: {hint}")));
         }
-        Ok(Loaded { scene, framing, looks, goes_on: false, exposure: None, warnings, files })
     }
 
     /// Shows an input in one of its looks, and meters that.
     ///
     /// # Errors
     /// It has no such camera, or cannot be drawn.
-    pub(super) fn meter(&mut self, loaded: &mut Loaded, index: usize, phases: &mut Phases) -> Result<(), Failure> {
+    pub(super) fn meter(
+        &mut self,
+        name: &str,
+        loaded: &mut Loaded,
+        index: usize,
+        phases: &mut Phases,
+    ) -> Result<(), Failure> {
         let start = Instant::now();
-        let Loaded { scene, framing, looks, exposure, goes_on, .. } = loaded;
-        *goes_on = false;
+        let Loaded { scene, framing, looks, exposure, goes_on, hints, is_looked_at, .. } = loaded;
+        (*goes_on, *is_looked_at) = (false, false);
         let Some(look) = looks.get(index) else { return Ok(()) };
         scene.variant = look.variant;
-        *exposure = Some(self.metered(scene, framing, look)?);
+        let taken = self.metered(scene, framing, look)?;
+        if let Some(hint) = taken.dark_hint(self.settings.environment.source.resolved(scene)) {
+            self.hint(name, &hint);
+            hints.push(hint);
+        }
+        *exposure = Some(taken);
         phases.meter = ms_since(start);
         Ok(())
     }

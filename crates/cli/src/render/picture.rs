@@ -6,14 +6,15 @@ use crate::deliver::Delivery;
 use crate::failure::Failure;
 use crate::gather::Item;
 use crate::looks::Subject;
+use crate::one_tone::OneTone;
 use crate::report::{self, Entry, Outputs, Phases};
 use crate::request::{effect_values, picture_info, request};
 use crate::session::{ms_since, still_failure};
 use crate::shot::{adaptation, focus_m, moment, moves, pose, previous_pose, time_secs, view};
 use crate::{coverage, exposure, interrupt, memory, output};
-use manypass::{FrameRequest, FrameStats, PairCounts, SimulationReport};
+use manypass::{Background, FrameRequest, FrameStats, PairCounts, SimulationReport};
 use manypass_offline::still::{StillError, accumulate, accumulate_moving};
-use manypass_offline::{PictureInfo, manifest};
+use manypass_offline::{Format, PictureInfo, manifest};
 use manypass_scene::Scene;
 use std::sync::atomic::Ordering;
 use std::time::Instant;
@@ -80,6 +81,7 @@ impl Batch<'_> {
             self.warn(&item.input.name(), std::slice::from_ref(&warning))?;
             drawn.warnings.push(warning);
         }
+        self.look_at(&item.input.name(), loaded, &delivery, &drawn.request)?;
         delivery.finish()?;
         // Their memory is the next picture's.
         self.renderer.forget_variables();
@@ -94,6 +96,30 @@ impl Batch<'_> {
         }
         // The frames of the report had variables, too.
         self.renderer.forget_variables();
+        Ok(())
+    }
+
+    /// Hints at a first picture of a sequence that shows nothing. Who asks for variables may want that.
+    fn look_at(
+        &mut self,
+        name: &str,
+        loaded: &mut Loaded,
+        delivery: &Delivery,
+        request: &FrameRequest,
+    ) -> Result<(), Failure> {
+        let background = request.settings.background.source;
+        let is_first = !std::mem::replace(&mut loaded.is_looked_at, true);
+        if !is_first || !self.job.aovs.is_empty() || background == Background::Transparent {
+            return Ok(());
+        }
+        let tone = match self.job.format {
+            Format::Exr => OneTone::of(&self.renderer.read_display().map_err(failed)?, background),
+            _ => delivery.one_tone,
+        };
+        if let Some(tone) = tone {
+            self.hint(name, &tone.hint());
+            loaded.hints.push(tone.hint());
+        }
         Ok(())
     }
 
@@ -258,6 +284,7 @@ impl Batch<'_> {
             clamped_pixels: drawn.clamped_pixels,
             scrubbed_pixels: drawn.scrubbed_pixels,
             warnings: &drawn.warnings,
+            hints: &loaded.hints,
         })
     }
 }

@@ -1,6 +1,5 @@
 //! What the map of the plane is drawn from.
 
-use crate::constants::GROUND_MAP_SIDE;
 use crate::draws::{Tile, WorldDraws};
 use crate::resources::Instance;
 use crate::shadows::{Casting, TileProjection, looking_along};
@@ -9,15 +8,17 @@ use glam::{Vec2, Vec3, Vec4};
 use manypass_graph::TextureDesc;
 use manypass_scene::Aabb;
 
-/// The side of a tile of [`GROUND_DEPTHS`] in texels.
-const SIDE: u32 = 512;
+/// The least and the most texels along the sides of the map.
+const SIDE_TEXELS: [u32; 2] = [256, 2048];
 
-/// The texture of two depth maps side by side: seen along the light, and from below.
-pub(crate) const GROUND_DEPTHS: TextureDesc = TextureDesc::new_2d(2 * SIDE, SIDE, wgpu::TextureFormat::Depth32Float);
+/// At most so many pixels of the longer side of a picture come to a texel of the map, up to the largest map.
+const PIXELS_OF_TEXEL: u32 = 5;
 
-/// The map of the plane: the share of the parallel light, and of light from everywhere, that reaches it.
-pub(crate) const GROUND_MAP: TextureDesc =
-    TextureDesc::new_2d(GROUND_MAP_SIDE as u32, GROUND_MAP_SIDE as u32, wgpu::TextureFormat::Rg16Float);
+/// Texels along the sides of the map for a picture whose longer side has so many pixels.
+pub(crate) fn side_texels(longest_px: u32) -> u32 {
+    let [least, most] = SIDE_TEXELS;
+    longest_px.div_ceil(PIXELS_OF_TEXEL).clamp(least, most).next_power_of_two()
+}
 
 /// A light that is parallel.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,6 +51,8 @@ pub(crate) struct GroundMap {
     pub radius_m: f32,
     pub light: Option<ParallelLight>,
     pub bounds: Aabb,
+    /// Texels along the sides of the map.
+    pub side_texels: u32,
 }
 
 /// The uniform of `ground_map.wgsl`; a test compares the two layouts.
@@ -71,16 +74,34 @@ pub(crate) struct GroundMapUniform {
     /// The first two rows of the tile from below.
     below_x: Vec4,
     below_y: Vec4,
+    /// One divided by the texels along the sides of the map; zero.
+    texels: Vec4,
 }
 
 impl GroundMap {
+    /// The texture of the map: the share of the parallel light, and of light from everywhere, that reaches the plane.
+    pub fn texture(&self) -> TextureDesc {
+        TextureDesc::new_2d(self.side_texels, self.side_texels, wgpu::TextureFormat::Rg16Float)
+    }
+
+    /// The side of a tile of [`Self::depths`] in texels.
+    fn tile_side(&self) -> u32 {
+        2 * self.side_texels
+    }
+
+    /// The texture of two depth maps side by side: seen along the light, and from below.
+    pub fn depths(&self) -> TextureDesc {
+        let side = self.tile_side();
+        TextureDesc::new_2d(2 * side, side, wgpu::TextureFormat::Depth32Float)
+    }
+
     /// How the light sees the scene, if there is one that casts shadows, and how the scene is seen from below.
     fn projections(&self) -> [TileProjection; 2] {
         let parallel = |direction: Vec3, [nearest, farthest]: [f32; 2], half_m: f32| {
             let rotation = looking_along(direction);
             let center = rotation.inverse() * self.bounds.center();
             let depth = [center.z + nearest, center.z + farthest];
-            TileProjection::parallel(rotation, center.truncate(), half_m, depth, SIDE)
+            TileProjection::parallel(rotation, center.truncate(), half_m, depth, self.tile_side())
         };
         let radius_m = 1.001 * self.radius_m;
         let along = self.light.filter(ParallelLight::reaches).map_or(Vec3::NEG_Y, |light| -light.direction);
@@ -115,6 +136,7 @@ impl GroundMap {
             ),
             below_x: below.rows[0],
             below_y: below.rows[1],
+            texels: Vec4::new(1.0 / self.side_texels as f32, 0.0, 0.0, 0.0),
         }
     }
 
@@ -123,10 +145,11 @@ impl GroundMap {
     pub fn tiles(&self, world: &WorldDraws, version: u64, instances: &mut Vec<Instance>) -> (Vec<Tile>, u64) {
         let casting = Casting::new(world, version);
         let mut signature = 0u64;
-        let tiles = self.projections().into_iter().zip([0, SIDE]).map(|(projection, x)| {
+        let side = self.tile_side();
+        let tiles = self.projections().into_iter().zip([0, side]).map(|(projection, x)| {
             let (draws, of_tile) = casting.tile(&projection, instances);
             signature = signature.rotate_left(7) ^ of_tile;
-            Tile { rectangle: [x, 0, SIDE, SIDE], draws }
+            Tile { rectangle: [x, 0, side, side], draws }
         });
         (tiles.collect(), signature)
     }
@@ -143,14 +166,14 @@ mod tests {
             "ground_map",
             "GroundMap",
             GroundMapUniform,
-            [place, heights, light_x, light_y, light_z, light, below_x, below_y]
+            [place, heights, light_x, light_y, light_z, light, below_x, below_y, texels]
         );
     }
 
     #[test]
     fn depth_from_below_is_the_height_above_the_plane() {
         let bounds = Aabb { min: Vec3::new(-1.0, 2.0, -3.0), max: Vec3::new(4.0, 5.0, 1.0) };
-        let map = super::super::map_under(&bounds, Some(1.5), None).expect("there is something");
+        let map = super::super::map_under(&bounds, Some(1.5), None, 256).expect("there is something");
         let [_, below] = map.projections();
         for (height_m, depth) in [(1.5, 1.0), (5.0, 0.0), (3.25, 0.5)] {
             let found = below.rows[2].dot(Vec4::new(0.3, height_m, -0.2, 1.0));

@@ -8,19 +8,20 @@
 mod map;
 mod settings;
 
-pub(crate) use map::{GROUND_DEPTHS, GROUND_MAP, GroundMap, ParallelLight};
+pub(crate) use map::{GroundMap, ParallelLight, side_texels};
 pub use settings::GroundSettings;
 
 use crate::environment::{Background, Environment};
 use crate::lights::LightTable;
+use crate::view::View;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
-use manypass_scene::{Aabb, LightKind};
+use manypass_scene::{Aabb, LightKind, Projection};
 
 /// What is under the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Ground {
-    /// A shadow where the studio is the environment and the background is not transparent, else nothing.
+    /// A shadow where the studio is the environment, be it faint, and the background is not transparent, else nothing.
     #[default]
     Auto,
     /// A plane that is seen by its shadow alone: it darkens the background as a surface there would be darker.
@@ -35,11 +36,15 @@ impl Ground {
     /// With [`Self::Auto`] as it is before a background in an environment.
     pub fn resolved(self, environment: Environment, background: Background) -> Self {
         match self {
-            Self::Auto if environment == Environment::Studio && background != Background::Transparent => Self::Shadow,
+            Self::Auto if is_studio(environment) && background != Background::Transparent => Self::Shadow,
             Self::Auto => Self::None,
             ground => ground,
         }
     }
+}
+
+fn is_studio(environment: Environment) -> bool {
+    matches!(environment, Environment::Studio | Environment::Fill)
 }
 
 /// The uniform of `ground.wgsl`; a test compares the two layouts.
@@ -54,6 +59,26 @@ pub(crate) struct GroundUniform {
     color: Vec4,
     /// Irradiance of the parallel light on the plane, pre-exposed; zero.
     light: Vec4,
+    /// How much the picture's border counts; over how many metres beside the scene it comes to count wholly; zero.
+    border: Vec4,
+    /// X and z of the middle of the scene's bounds, half their width and depth.
+    footprint: Vec4,
+}
+
+/// How far a view shows a scene as a whole, and not from near: 1 where all of it is in the picture. It goes by the
+/// sphere around the scene's bounds, so that it stays as it is while a camera goes around the scene.
+fn wholeness(view: &View, aspect: f32, center: Vec3, radius_m: f32) -> f32 {
+    let half_extent = view.projection.half_extent(aspect).max_element();
+    let sphere = match view.projection {
+        Projection::Orthographic { .. } => radius_m,
+        Projection::Perspective { .. } => {
+            let distance_m = view.world_from_view.w_axis.truncate().distance(center);
+            radius_m / (distance_m * distance_m - radius_m * radius_m).max(1e-12).sqrt()
+        }
+    };
+    // The sphere around a cube that fills the picture is up to 2.2 times as large as that.
+    let excess = ((sphere / half_extent - 2.5) / 2.5).clamp(0.0, 1.0);
+    1.0 - excess * excess * (3.0 - 2.0 * excess)
 }
 
 /// The ground as a view has it.
@@ -72,8 +97,14 @@ impl ViewGround {
         self.uniform.plane.x
     }
 
-    /// `ground` is resolved; none where there is nothing.
-    pub fn new(ground: Ground, map: &GroundMap, texture: &wgpu::TextureView, table: &LightTable) -> Option<Self> {
+    /// `ground` is resolved; none where there is nothing. `picture` is the camera of a picture of its own and its
+    /// width / height: the shadow has faded to nothing at its border where it shows the scene as a whole.
+    pub fn new(
+        ground: Ground,
+        (map, texture): (&GroundMap, &wgpu::TextureView),
+        table: &LightTable,
+        picture: Option<(&View, f32)>,
+    ) -> Option<Self> {
         let color = match ground {
             Ground::None | Ground::Auto => return None,
             Ground::Shadow => Vec4::ZERO,
@@ -81,12 +112,16 @@ impl ViewGround {
         };
         let light = parallel_light(table);
         let irradiance = light.map_or(Vec3::ZERO, |(light, irradiance)| irradiance * light.direction.y.max(0.0));
-        let GroundMap { height_m, center, half_m, radius_m, .. } = *map;
+        let GroundMap { height_m, center, half_m, radius_m, bounds, .. } = *map;
+        let whole = picture.map_or(0.0, |(view, aspect)| wholeness(view, aspect, bounds.center(), radius_m));
+        let (middle, extent) = (bounds.center(), bounds.max - bounds.min);
         let uniform = GroundUniform {
             plane: Vec4::new(height_m, 2.0 * radius_m, 6.0 * radius_m, 0.0),
             place: Vec4::new(center.x, center.y, 0.5 / half_m.x, 0.5 / half_m.y),
             color,
             light: irradiance.extend(0.0),
+            border: Vec4::new(whole, 0.5 * radius_m, 0.0, 0.0),
+            footprint: Vec4::new(middle.x, middle.z, 0.5 * extent.x, 0.5 * extent.z),
         };
         let corner = |x: f32, z: f32| Vec3::new(center.x + x * half_m.x, height_m, center.y + z * half_m.y);
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)];
@@ -104,7 +139,12 @@ pub(crate) fn parallel_light(table: &LightTable) -> Option<(ParallelLight, Vec3)
 }
 
 /// The map of the plane under `bounds` at `height_m`; none under nothing.
-pub(crate) fn map_under(bounds: &Aabb, height_m: Option<f32>, light: Option<ParallelLight>) -> Option<GroundMap> {
+pub(crate) fn map_under(
+    bounds: &Aabb,
+    height_m: Option<f32>,
+    light: Option<ParallelLight>,
+    side_texels: u32,
+) -> Option<GroundMap> {
     let radius_m = bounds.radius_m();
     if bounds.is_empty() || !(radius_m.is_finite() && radius_m > 0.0) {
         return None;
@@ -123,7 +163,7 @@ pub(crate) fn map_under(bounds: &Aabb, height_m: Option<f32>, light: Option<Para
         (least, most) = (least.min(low + shift - penumbra), most.max(high + shift + penumbra));
     }
     let (center, half_m) = (0.5 * (least + most), (0.5 * (most - least)).max(Vec2::splat(1e-6 * radius_m)));
-    Some(GroundMap { height_m, top_m, center, half_m, radius_m, light, bounds: *bounds })
+    Some(GroundMap { height_m, top_m, center, half_m, radius_m, light, bounds: *bounds, side_texels })
 }
 
 #[cfg(test)]
@@ -133,7 +173,7 @@ mod tests {
 
     #[test]
     fn the_uniform_has_one_layout() {
-        assert_same_layout!("ground", "Ground", GroundUniform, [plane, place, color, light]);
+        assert_same_layout!("ground", "Ground", GroundUniform, [plane, place, color, light, border, footprint]);
     }
 
     #[test]
@@ -141,8 +181,9 @@ mod tests {
         let of = |environment, background| Ground::Auto.resolved(environment, background);
         assert_eq!(of(Environment::Studio, Background::Environment), Ground::Shadow);
         assert_eq!(of(Environment::Studio, Background::Color([1.0; 3])), Ground::Shadow);
+        assert_eq!(of(Environment::Fill, Background::Environment), Ground::Shadow);
         assert_eq!(of(Environment::Studio, Background::Transparent), Ground::None);
-        for environment in [Environment::Fill, Environment::File, Environment::None, Environment::Color([1.0; 3])] {
+        for environment in [Environment::File, Environment::None, Environment::Color([1.0; 3])] {
             assert_eq!(of(environment, Background::Environment), Ground::None);
         }
         assert_eq!(Ground::Shadow.resolved(Environment::None, Background::Transparent), Ground::Shadow);
@@ -154,10 +195,10 @@ mod tests {
         let direction = Vec3::new(-1.0, 1.0, 0.0).normalize();
         let light = ParallelLight { direction, half_angle_tan: 0.1, casts_shadows: true };
         let holds = |map: &GroundMap, x: f32| (x - map.center.x).abs() <= map.half_m.x;
-        let lit = map_under(&bounds, None, Some(light)).expect("there is something");
+        let lit = map_under(&bounds, None, Some(light), 256).expect("there is something");
         assert!(holds(&lit, 5.0) && holds(&lit, -3.0) && !holds(&lit, -6.0));
-        let unlit = map_under(&bounds, None, None).expect("there is something");
+        let unlit = map_under(&bounds, None, None, 256).expect("there is something");
         assert!(!holds(&unlit, 5.0));
-        assert!(map_under(&Aabb::EMPTY, None, None).is_none());
+        assert!(map_under(&Aabb::EMPTY, None, None, 256).is_none());
     }
 }

@@ -5,9 +5,10 @@ use super::output::ViewState;
 use super::prepare::{Asked, World};
 use crate::draws::Tile;
 use crate::gpu::Gpu;
-use crate::ground::{GROUND_MAP, Ground, GroundMap, map_under, parallel_light};
+use crate::ground::{Ground, GroundMap, map_under, parallel_light, side_texels};
 use crate::record::InstanceTable;
 use crate::request::FrameStats;
+use manypass_graph::TextureDesc;
 
 /// What the renderer keeps of the ground.
 #[derive(Debug)]
@@ -51,14 +52,18 @@ impl Renderer {
             light.casts_shadows &= asked.request.settings.shadows.enabled;
             light
         });
-        let map = map_under(&world.draws.bounds_world, asked.request.ground_height_m, light)?;
+        let longest_px = asked.size.0.max(asked.size.1);
+        let height_m = asked.request.ground_height_m;
+        let map = map_under(&world.draws.bounds_world, height_m, light, side_texels(longest_px))?;
         if is_plan {
             return Some(FrameGround { map, texture: self.tables.no_environment.clone(), tiles: None });
         }
         let mut instances = Vec::new();
         let (tiles, signature) = map.tiles(&world.draws, version, &mut instances);
         let is_drawn = self.ground.drawn == Some((map, signature));
-        let texture = self.ground.texture.get_or_insert_with(|| create(&self.gpu)).clone();
+        let has_size = self.ground.drawn.is_some_and(|(drawn, _)| drawn.side_texels == map.side_texels);
+        let kept = self.ground.texture.take().filter(|_| has_size);
+        let texture = self.ground.texture.insert(kept.unwrap_or_else(|| create(&self.gpu, &map.texture()))).clone();
         if is_drawn {
             return Some(FrameGround { map, texture, tiles: None });
         }
@@ -69,14 +74,14 @@ impl Renderer {
     }
 }
 
-fn create(gpu: &Gpu) -> wgpu::TextureView {
+fn create(gpu: &Gpu, map: &TextureDesc) -> wgpu::TextureView {
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("ground.map"),
-        size: wgpu::Extent3d { width: GROUND_MAP.width, height: GROUND_MAP.height, depth_or_array_layers: 1 },
+        size: wgpu::Extent3d { width: map.width, height: map.height, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: GROUND_MAP.format,
+        format: map.format,
         usage: wgpu::TextureUsages::TEXTURE_BINDING
             | wgpu::TextureUsages::RENDER_ATTACHMENT
             | wgpu::TextureUsages::COPY_SRC,

@@ -91,7 +91,10 @@ impl Reading {
         }
         let peak = self.pixels.iter().filter(|pixel| pixel[0] > 0.0).map(|pixel| pixel[2]).fold(0.0, f64::max);
         let average = (weights > 0.0).then(|| (sum / weights).exp2() * scale);
-        Metering::new(average, peak * scale, self.covered() / (self.pixels.len().max(1)) as f64)
+        let metering = Metering::new(average, peak * scale, self.covered() / (self.pixels.len().max(1)) as f64);
+        let dark_below = Metering::DARK / (scale * f64::from(metering.stops).exp2());
+        let dark: f64 = self.pixels.iter().filter(|pixel| pixel[1] < dark_below).map(|pixel| pixel[0]).sum();
+        Metering { dark_share: dark / self.covered().max(1e-9), ..metering }
     }
 }
 

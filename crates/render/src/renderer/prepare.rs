@@ -441,7 +441,9 @@ impl Renderer {
             surroundings.place(&mut environment, request.pre_exposure());
         }
         let ground = ground.and_then(|FrameGround { map, texture, .. }| {
-            ViewGround::new(settings.ground.mode, map, texture, &lists.table)
+            let is_picture = matches!(asked.part, ViewPart::Whole | ViewPart::Monitor(_));
+            let picture = is_picture.then_some((&request.camera, size.0 as f32 / size.1 as f32));
+            ViewGround::new(settings.ground.mode, (map, texture), &lists.table, picture)
         });
         let shows_first_surface = settings.aov.first_surface;
         let prepare = |name: String, size: (u32, u32), uniform: ViewUniform, is_of_variables: bool| {

@@ -14,7 +14,6 @@ use crate::environment::lobe::FACES;
 use crate::environment::{Environment, stored};
 use crate::frame;
 use crate::gpu::readback;
-use crate::ground::GROUND_MAP;
 use crate::overlay::Room;
 use crate::overlay::draw::OverlayDraw;
 use crate::passes::adaptive;
@@ -337,7 +336,7 @@ impl Renderer {
         {
             let view = self.shared_view(asked, ready, state, &self.ground.instances);
             let mut graph = self.executor.graph(limits);
-            let target = graph.import("ground.map", GROUND_MAP, ground.texture.clone());
+            let target = graph.import("ground.map", ground.map.texture(), ground.texture.clone());
             frame::ground_passes(&mut Recorder::new(&mut graph, &frame, &view), &ground.map, tiles, target)?;
             let plan = graph.plan()?;
             self.executor.run(graph, &plan, &mut first, &RunOptions::default());

@@ -17,18 +17,43 @@ struct Ground {
     color: vec4f,
     // Irradiance of the parallel light on the plane, pre-exposed; zero.
     light: vec4f,
+    // How much the picture's border counts; over how many metres beside the scene it comes to count wholly; zero.
+    border: vec4f,
+    // X and z of the middle of the scene's bounds, half their width and depth.
+    footprint: vec4f,
 }
 
 @group(1) @binding(0) var ground_light: texture_2d<f32>;
 @group(1) @binding(1) var<uniform> ground: Ground;
 
 const LUMINANCE: vec3f = vec3f(0.2126, 0.7152, 0.0722);
+// How much a shadow takes of the background at the most: where no light comes at all, something is still seen of it.
+const DARKEST: f32 = 0.8;
+// Where a shadow begins to fade towards the border of the picture, under the scene and beside it, and where it has: of
+// the way from the middle to the border. What is framed has a margin of 0.12 of that.
+const BORDER_NEAR: f32 = 0.76;
+const BORDER_FAR: f32 = 0.4;
+const BORDER_FREE: f32 = 0.98;
 
 // The share of light from everywhere with what goes back and forth between a grey plane and what hangs over it (Jimenez
 // et al. 2016, "Practical Realtime Strategies for Accurate Indirect Occlusion", for an albedo of a half).
 fn reflected_between(visibility: f32) -> f32 {
     let sum = ((visibility * 0.6878 - 1.75585) * visibility + 2.0679) * visibility;
     return max(visibility, sum);
+}
+
+// How much of a shadow is seen at a pixel: nothing at the border of a picture that shows the scene as a whole. Under
+// the scene it ends within the margin around what is framed, and further out it fades over much of the picture.
+fn within_border(pixel: vec2f, at: vec2f) -> f32 {
+    let from_middle = abs(2.0 * pixel * view.inverse_size_px - 1.0);
+    let inside = 1.0 - smoothstep(vec2f(BORDER_NEAR), vec2f(BORDER_FREE), from_middle);
+    let cubes = from_middle * from_middle * from_middle;
+    // A rounded rectangle, which ends within the picture.
+    let across = pow(cubes.x + cubes.y, 1.0 / 3.0);
+    let beyond_m = max(abs(at - ground.footprint.xy) - ground.footprint.zw, vec2f(0.0));
+    let beside = smoothstep(0.0, ground.border.y, length(beyond_m));
+    let rounded = 1.0 - smoothstep(BORDER_FAR, BORDER_FREE, across);
+    return mix(1.0, inside.x * inside.y * mix(1.0, rounded, beside), ground.border.x);
 }
 
 @fragment
@@ -54,7 +79,8 @@ fn fs_ground(@builtin(position) position: vec4f) -> @location(0) vec4f {
     // Deeper than on a white plane, by half as many stops again: shadows of a soft light are faint, and this is all
     // that is seen of the plane.
     let shadow = 1.0 - lit * sqrt(lit);
-    let of_shadow = select(0.0, shadow, whole > 0.0);
+    let bounded = shadow - (1.0 - DARKEST) * shadow * shadow * shadow * shadow;
+    let of_shadow = select(0.0, bounded * within_border(position.xy, at), whole > 0.0);
     let alpha = share * mix(of_shadow, 1.0, ground.color.w);
     let radiance = ground.color.rgb * irradiance * (1.0 / PI) * (share * ground.color.w);
     return vec4f(half_float_clamped(radiance), alpha);

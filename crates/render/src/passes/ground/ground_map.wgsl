@@ -4,7 +4,6 @@
 // Reads: depths, seen along the light and from below. Writes: the shares of both.
 // Program: ground_map.
 
-import package::constants::GROUND_MAP_SIDE;
 import package::shaders::samplers::nearest_clamp;
 
 struct GroundMap {
@@ -23,6 +22,8 @@ struct GroundMap {
     // The first two rows of the tile from below.
     below_x: vec4f,
     below_y: vec4f,
+    // One divided by the texels along the sides of the map; zero.
+    texels: vec4f,
 }
 
 @group(1) @binding(0) var depths: texture_2d<f32>;
@@ -44,13 +45,30 @@ fn depth_at(tile: f32, place: vec2f) -> f32 {
     return select(0.0, depth, max(abs(place.x), abs(place.y)) < 0.998);
 }
 
-fn spiral(index: u32, count: u32, rotation: f32) -> vec2f {
-    let angle = f32(index) * GOLDEN_ANGLE + rotation;
-    return vec2f(cos(angle), sin(angle)) * sqrt((f32(index) + 0.5) / f32(count));
+// How the samples of a texel lie between those of the texels around it: turned, and moved within their strata.
+struct Phase {
+    rotation: f32,
+    within: f32,
+}
+
+// One of 16, in squares of 4 x 4 texels. `ground_smooth.wgsl` takes means in which each of them counts the same: so many
+// times the samples of one texel.
+fn phase_at(texel: vec2u) -> Phase {
+    let column = texel.x % 4u;
+    let row = texel.y % 4u;
+    let turn = f32(4u * row + column) / 16.0;
+    // Neighbours in turn are far apart within the strata: a Latin square.
+    let within = (f32((4u * column + row) * 7u % 16u) + 0.5) / 16.0;
+    return Phase(6.2831853 * turn, within);
+}
+
+fn spiral(index: u32, count: u32, phase: Phase) -> vec2f {
+    let angle = f32(index) * GOLDEN_ANGLE + phase.rotation;
+    return vec2f(cos(angle), sin(angle)) * sqrt((f32(index) + phase.within) / f32(count));
 }
 
 // The share of the parallel light.
-fn light_share(point: vec4f, rotation: f32) -> f32 {
+fn light_share(point: vec4f, phase: Phase) -> f32 {
     let place = vec2f(dot(ground_map.light_x, point), dot(ground_map.light_y, point));
     let depth = dot(ground_map.light_z, point) + DEPTH_SLACK;
     // By how much the disc of the light grows, in units of half the tile, for every unit of depth.
@@ -58,14 +76,14 @@ fn light_share(point: vec4f, rotation: f32) -> f32 {
     let search = growth * (1.0 - min(depth, 1.0));
     var blockers = vec2f(0.0);
     for (var i = 0u; i < LIGHT_TAPS; i++) {
-        let blocker = depth_at(0.0, place + spiral(i, LIGHT_TAPS, rotation) * search);
+        let blocker = depth_at(0.0, place + spiral(i, LIGHT_TAPS, phase) * search);
         blockers += select(vec2f(0.0), vec2f(blocker, 1.0), blocker > max(depth, 1e-6));
     }
     let nearest = blockers.x / max(blockers.y, 1.0);
     let width = max(growth * (nearest - depth), 0.004);
     var blocked = 0.0;
     for (var i = 0u; i < LIGHT_TAPS; i++) {
-        let blocker = depth_at(0.0, place + spiral(i, LIGHT_TAPS, rotation) * width);
+        let blocker = depth_at(0.0, place + spiral(i, LIGHT_TAPS, phase) * width);
         blocked += select(0.0, 1.0, blocker > max(depth, 1e-6));
     }
     return 1.0 - ground_map.light.w * blocked / f32(LIGHT_TAPS);
@@ -79,16 +97,16 @@ fn form_factor(height_m: f32, across_squared: f32) -> f32 {
 }
 
 // The share of light from everywhere.
-fn sky_share(at: vec2f, rotation: f32) -> f32 {
+fn sky_share(at: vec2f, phase: Phase) -> f32 {
     let low_m = ground_map.heights.z;
     let high_m = ground_map.heights.w;
     var touching = 0.0;
     var standing = 0.0;
     for (var i = 0u; i < SKY_TAPS; i++) {
         // Of every two points one is for each height.
-        let u = (f32(i >> 1u) + 0.5) / f32(SKY_TAPS / 2u);
+        let u = (f32(i >> 1u) + phase.within) / f32(SKY_TAPS / 2u);
         let across_m = select(high_m, low_m, (i & 1u) == 0u) * sqrt(u / (1.0 - u));
-        let angle = f32(i) * GOLDEN_ANGLE + rotation;
+        let angle = f32(i) * GOLDEN_ANGLE + phase.rotation;
         let over = vec4f(at.x + across_m * cos(angle), ground_map.heights.x, at.y + across_m * sin(angle), 1.0);
         let depth = depth_at(1.0, vec2f(dot(ground_map.below_x, over), dot(ground_map.below_y, over)));
         let height_m = (1.0 - depth) * ground_map.heights.y;
@@ -103,11 +121,11 @@ fn sky_share(at: vec2f, rotation: f32) -> f32 {
 
 @fragment
 fn fs_ground_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let place = position.xy / GROUND_MAP_SIDE * 2.0 - 1.0;
+    let place = position.xy * ground_map.texels.x * 2.0 - 1.0;
     let at = ground_map.place.xy + place * ground_map.place.zw;
-    let rotation = 6.2831853 * fract(52.9829189 * fract(dot(floor(position.xy), vec2f(0.06711056, 0.00583715))));
+    let phase = phase_at(vec2u(position.xy));
     let point = vec4f(at.x, ground_map.heights.x, at.y, 1.0);
-    let shares = vec2f(light_share(point, rotation), sky_share(at, rotation));
+    let shares = vec2f(light_share(point, phase), sky_share(at, phase));
     let inside = clamp((1.0 - max(abs(place.x), abs(place.y))) / BAND, 0.0, 1.0);
     return vec4f(mix(vec2f(1.0), shares, smoothstep(0.0, 1.0, inside)), 0.0, 1.0);
 }

@@ -7,7 +7,7 @@
 
 use crate::draws::Tile;
 use crate::gbuffer::LightTarget;
-use crate::ground::{GROUND_DEPTHS, GROUND_MAP, GroundMap};
+use crate::ground::GroundMap;
 use crate::record::{PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use glam::{Mat4, Vec2, Vec3};
@@ -23,9 +23,9 @@ pub(crate) fn record_map(
     tiles: &[Tile],
     target: Handle,
 ) -> Result<Handle, ProgramError> {
-    let depths = r.texture_of("ground.depths", GROUND_DEPTHS);
+    let depths = r.texture_of("ground.depths", map.depths());
     let depths = r.tiles("ground.depths", "shadows").draw_into(depths, true, tiles)?;
-    let shares = r.texture_of("ground.shares", GROUND_MAP);
+    let shares = r.texture_of("ground.shares", map.texture());
     let step = r.fullscreen("ground.map", "ground_map", &[]).read_depth("depths", &depths);
     let shares = step.uniform("ground_map", &map.uniform()).draw_into(shares, ColorLoad::Discard)?;
     let step = r.fullscreen("ground.smooth", "ground_smooth", &[]).read("shares", &shares);
