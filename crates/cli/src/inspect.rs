@@ -10,7 +10,7 @@ use manypass::{Gpu, GpuError, ShadedIn, View};
 use manypass_offline::camera::{CameraData, scene_cameras};
 use manypass_offline::manifest;
 use manypass_scene::gltf_file::SUPPORTED_EXTENSIONS;
-use manypass_scene::{Framing, LightKind, Primitive, Scene, Topology};
+use manypass_scene::{Aabb, Framing, LightKind, Primitive, Scene, Topology};
 use serde_json::{Value, json};
 use std::fmt::Write as _;
 
@@ -105,7 +105,9 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
         held.filter(|light| is_kind(&light.kind)).count()
     };
     let (width, height) = CAMERA_SIZE_PX;
-    let bounds = scene.bounds_world();
+    let framing = Framing::of_scene(scene);
+    // As it is posed; what is drawn by boxes alone, such as a scene without vertices, has none.
+    let bounds = if scene.bounds_world().is_empty() { Aabb::EMPTY } else { *framing.bounds_world() };
     warnings.extend(bounds.far_warning());
     let bounds = (!bounds.is_empty()).then(|| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() }));
     Ok(json!({
@@ -133,7 +135,7 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
         "camera_size_px": [width, height],
         "variants": scene.variants,
         "cameras": scene_cameras(scene, width, height),
-        "automatic_camera": automatic_camera(scene)?,
+        "automatic_camera": automatic_camera(scene, &framing)?,
         "skins": scene.skins.len(),
         "animations": scene.animations.iter().map(|animation| json!({
             "name": animation.name, "duration_secs": animation.duration_secs(), "channels": animation.channels.len() + animation.properties.len(),
@@ -144,12 +146,12 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
 }
 
 /// The camera of a picture without a camera's flags, as if the file had no cameras.
-fn automatic_camera(scene: &Scene) -> Result<CameraData, Failure> {
+fn automatic_camera(scene: &Scene, framing: &Framing) -> Result<CameraData, Failure> {
     let (width, height) = CAMERA_SIZE_PX;
     let place = if scene.placed_cameras().is_empty() { Place::Default } else { DEFAULT_ORBIT };
     let spec = CameraSpec { place, ..CameraSpec::default() };
     let aspect = width as f32 / height as f32;
-    let (world_from_view, projection) = camera::resolve(&spec, scene, &Framing::of_scene(scene), aspect, 0.0)?;
+    let (world_from_view, projection) = camera::resolve(&spec, scene, framing, aspect, 0.0)?;
     Ok(CameraData::new(&View { world_from_view, projection }, width, height))
 }
 

@@ -328,3 +328,36 @@ fn a_script_finds_the_motion_of_a_turntable_from_depth_and_cameras() {
     // The test can fail: the wrong way round, and with a frame too early.
     assert!(!run("t05.exr", "t04.exr").0 && !run("t03.exr", "t05.exr").0);
 }
+
+#[test]
+fn info_gives_the_bounds_of_what_is_drawn() {
+    let folder = Folder::new("data-bounds");
+    // A triangle of 30 by 180 cm, which its skin shows in metres whatever its own node says (glTF 2.0, section 3.7.3.3).
+    let positions = [[-30.0_f32, 0.0, 0.0], [30.0, 0.0, 0.0], [0.0, 180.0, 0.0]];
+    let weights = [[1.0_f32, 0.0, 0.0, 0.0]; 3];
+    let mut buffer: Vec<u8> = positions.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+    buffer.extend(weights.iter().flatten().flat_map(|value| value.to_le_bytes()));
+    buffer.extend([0_u8; 12]);
+    let model = json!({
+        "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [2] }],
+        "nodes": [{}, { "mesh": 0, "skin": 0, "translation": [500, 0, 0] }, { "children": [0, 1], "scale": [0.01, 0.01, 0.01] }],
+        "meshes": [{ "primitives": [{ "attributes": { "POSITION": 0, "WEIGHTS_0": 1, "JOINTS_0": 2 } }] }],
+        "skins": [{ "joints": [0] }],
+        "accessors": [
+            { "bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3" },
+            { "bufferView": 0, "byteOffset": 36, "componentType": 5126, "count": 3, "type": "VEC4" },
+            { "bufferView": 0, "byteOffset": 84, "componentType": 5121, "count": 3, "type": "VEC4" },
+        ],
+        "bufferViews": [{ "buffer": 0, "byteLength": buffer.len() }],
+        "buffers": [{ "uri": "b.bin", "byteLength": buffer.len() }],
+    });
+    folder.write("b.bin", &buffer);
+    folder.write("skinned.gltf", model.to_string().as_bytes());
+    let info: Value =
+        serde_json::from_str(&run_in(&folder, &["info", "skinned.gltf", "--json"]).expect(0).text()).expect("JSON");
+    let corner = |key: &str| -> Vec<f64> {
+        let corner = info["bounds_m"][key].as_array().into_iter().flatten();
+        corner.filter_map(Value::as_f64).map(|value| (value * 1000.0).round() / 1000.0).collect()
+    };
+    assert_eq!((corner("min"), corner("max")), (vec![-0.3, 0.0, 0.0], vec![0.3, 1.8, 0.0]));
+}

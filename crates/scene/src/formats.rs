@@ -137,7 +137,7 @@ pub fn load_bytes(
         Format::Gltf => return gltf_file::load_bytes(bytes, resolve, name),
         Format::Stl => stl::load(bytes),
         Format::Obj => obj::load(bytes, resolve),
-        Format::Ply => ply::load(bytes),
+        Format::Ply => ply::load(bytes, resolve),
         Format::ThreeMf => threemf::load(bytes),
     };
     loaded.map_err(|error| error.in_file(name))
@@ -149,20 +149,33 @@ fn read_beside(path: &Path) -> impl FnMut(&str) -> Result<Vec<u8>, String> {
     move |name| read_file(&folder.join(checked_relative_path(name)?))
 }
 
-/// The files that an OBJ names: its libraries, then their textures. The other formats here name none.
+/// The files that an OBJ names: its libraries, then their textures.
 fn obj_names(path: &Path) -> Result<Vec<String>, LoadError> {
     let name = path.display().to_string();
     let bytes = read_file(path).map_err(|message| LoadError::Io { file: name, message })?;
     Ok(obj::names(&bytes, &mut read_beside(path)))
 }
 
-/// The paths of the files that an OBJ in memory names: its libraries of materials, then the textures of those that
-/// `resolve` fetches. None for other formats, and none that could lead out of the model's folder.
+/// The textures that the header of a PLY names.
+fn ply_names(path: &Path) -> Result<Vec<String>, LoadError> {
+    let read = || {
+        let mut start = Vec::new();
+        File::open(path)?.take(START_BYTES as u64).read_to_end(&mut start)?;
+        Ok(start)
+    };
+    let error = |error: std::io::Error| LoadError::Io { file: path.display().to_string(), message: error.to_string() };
+    Ok(ply::names(&read().map_err(error)?))
+}
+
+/// The paths of the files that a model in memory names: of an OBJ its libraries of materials, then the textures of those
+/// that `resolve` fetches, and of a PLY its textures. None for other formats, and none that could lead out of the model's
+/// folder.
 pub fn named_files(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) -> Vec<String> {
-    if Format::of(bytes, "") != Format::Obj {
-        return Vec::new();
-    }
-    let mut names = obj::names(bytes, resolve);
+    let mut names = match Format::of(bytes, "") {
+        Format::Obj => obj::names(bytes, resolve),
+        Format::Ply => ply::names(bytes.get(..START_BYTES).unwrap_or(bytes)),
+        _ => Vec::new(),
+    };
     names.retain(|name| checked_relative_path(name).is_ok());
     names
 }
@@ -176,11 +189,11 @@ pub fn references(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
     let folder = path.parent().unwrap_or(Path::new(""));
     match Format::at(path) {
         Format::Gltf => gltf_file::references(path),
-        Format::Obj => {
-            let names = obj_names(path)?;
+        format @ (Format::Obj | Format::Ply) => {
+            let names = if format == Format::Obj { obj_names(path)? } else { ply_names(path)? };
             Ok(names.iter().filter_map(|name| checked_relative_path(name).ok()).map(|file| folder.join(file)).collect())
         }
-        Format::Stl | Format::Ply | Format::ThreeMf => Ok(Vec::new()),
+        Format::Stl | Format::ThreeMf => Ok(Vec::new()),
     }
 }
 
@@ -194,7 +207,8 @@ pub fn mentions(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
     match Format::at(path) {
         Format::Gltf => gltf_file::mentions(path),
         Format::Obj => Ok(meant_paths(folder, &obj_names(path)?)),
-        Format::Stl | Format::Ply | Format::ThreeMf => Ok(Vec::new()),
+        Format::Ply => Ok(meant_paths(folder, &ply_names(path)?)),
+        Format::Stl | Format::ThreeMf => Ok(Vec::new()),
     }
 }
 

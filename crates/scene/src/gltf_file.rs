@@ -7,6 +7,7 @@ mod accessor;
 mod animation;
 mod container;
 mod draco;
+mod faults;
 pub(crate) mod geometry;
 mod instances;
 mod json;
@@ -24,7 +25,9 @@ pub(crate) use material::texel_budget_bytes;
 pub use references::{mentions, references};
 pub use write::{Numbers, Parts, Unreferenced, put_extra};
 
+use crate::tally::Tally;
 use crate::{Scene, scenes::MAX_DRAWN_PRIMITIVES};
+use faults::Faults;
 use json::Json;
 use std::collections::BTreeMap;
 use std::path::{Component, Path};
@@ -145,6 +148,11 @@ impl LoadError {
         Self::Invalid { file: String::new(), pointer: pointer.to_owned(), message: message.into() }
     }
 
+    /// Where it is in the JSON of a glTF file; empty for the whole file.
+    fn pointer(&self) -> &str {
+        if let Self::Invalid { pointer, .. } = self { pointer } else { "" }
+    }
+
     /// What went wrong, without the place.
     fn into_message(self) -> String {
         match self {
@@ -211,9 +219,13 @@ struct Document<'a> {
     accessors: Vec<Json<'a>>,
     views: Vec<container::View>,
     buffers: Vec<Option<std::borrow::Cow<'a, [u8]>>>,
-    warnings: Vec<String>,
+    warnings: Tally,
+    /// What is broken and may not be needed.
+    faults: Faults,
     /// Accessors of the primitive that is read, if it is packed.
     unpacked: BTreeMap<usize, draco::Unpacked>,
+    /// The UV sets of the file that vertices have for each material.
+    uv_sets: Vec<[u32; 2]>,
     /// The names of the file's variants.
     variants: Vec<String>,
     /// Bytes that may still be decoded, so that accessors which share bytes cannot multiply them without end.
@@ -223,11 +235,11 @@ struct Document<'a> {
 }
 
 impl Document<'_> {
-    /// Keeps a warning; past a hundred they say nothing new.
+    /// Counts a warning. Those of the same kind differ in numbers alone, those of their places too.
     fn warn(&mut self, pointer: &str, message: &str) {
-        if self.warnings.len() < 100 {
-            self.warnings.push(format!("{}{message}", place(pointer)));
-        }
+        let kind: String = format!("{pointer} {message}").chars().filter(|c| !c.is_ascii_digit()).collect();
+        let place = if pointer.is_empty() { String::new() } else { format!("at \"{pointer}\"") };
+        self.warnings.add_as(&kind, place, message);
     }
 
     /// Numbers of at least 0 and at most `max`; those outside are moved there, with a warning.
@@ -265,29 +277,36 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
         .map_err(|error| LoadError::invalid("", format!("not a glTF file: its JSON does not parse: {error}")))?;
     let root = Json::root(&value)?;
     check_version(&root)?;
-    let mut warnings = check_extensions(&root)?;
-    if bytes.starts_with(container::BYTE_ORDER_MARK) {
-        warnings.push("the file starts with a byte order mark, which glTF forbids; it is passed over".to_owned());
-    }
-
-    let buffers = container::read_buffers(&root, binary, bytes.starts_with(container::GLB_MAGIC), resolve)?;
-    let views = container::read_views(&root, &buffers)?;
+    let unread = check_extensions(&root)?;
+    let mut faults = Faults::default();
+    let buffers =
+        container::read_buffers(&root, binary, bytes.starts_with(container::GLB_MAGIC), resolve, &mut faults)?;
+    let views = container::read_views(&root, &buffers, &mut faults)?;
     let mut document = Document {
         accessors: root.objects("accessors")?,
         root,
         views,
         buffers,
-        warnings,
+        warnings: Tally::default(),
+        faults,
         unpacked: BTreeMap::new(),
+        uv_sets: Vec::new(),
         variants: Vec::new(),
         budget_bytes: 0,
         zeros_budget_bytes: 1 << 28,
     };
+    unread.iter().for_each(|name| {
+        document.warn("/extensionsUsed", &format!("{name} is not supported; the model may look different"));
+    });
+    if bytes.starts_with(container::BYTE_ORDER_MARK) {
+        document.warn("", "the file starts with a byte order mark, which glTF forbids; it is passed over");
+    }
+    faults::check_names(&mut document)?;
     meshopt::unpack_views(&mut document, resolve)?;
     let buffer_bytes: u64 = document.buffers.iter().flatten().map(|bytes| bytes.len() as u64).sum();
     // Floats from bytes, unwelding and sharing multiply what a buffer holds; honest models stay far below this.
     document.budget_bytes = (256 << 20) + buffer_bytes.saturating_mul(32).min(8 << 30);
-    accessor::check_all(&document)?;
+    accessor::check_all(&mut document);
 
     let mut images = material::read_images(&mut document, resolve)?;
     let textures = material::read_textures(&mut document, &mut images)?;
@@ -310,13 +329,14 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     scene.holds_baked_light = baked.is_some_and(|baked| baked.get("environment").is_none_or(|of| of != "studio"));
     scene.probes = probes::read_probes(&mut document)?;
     scene.surroundings = surroundings::read_surroundings(&mut document)?;
-    scene.cameras = node::read_cameras(&document)?;
+    scene.cameras = node::read_cameras(&mut document)?;
     scene.lights = node::read_lights(&mut document)?;
     node::read_nodes(&mut document, &mut scene)?;
     levels::of_nodes(&mut document, &mut scene)?;
     node::read_skins(&mut document, &mut scene)?;
     animation::read_animations(&mut document, &mut scene)?;
     instances::place(&mut document, &mut scene)?;
+    faults::check_needed(&mut document, &scene)?;
     scene.update_transforms();
     match scene.drawn_primitives() {
         0 => document.warn("/scene", "the scene draws nothing; it has no visible node with a mesh"),
@@ -328,13 +348,13 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
             return Err(LoadError::invalid("/nodes", message));
         }
     }
-    Ok(Loaded { scene, warnings: document.warnings })
+    Ok(Loaded { scene, warnings: document.warnings.into_lines() })
 }
 
 /// The names of the file's variants.
 fn read_variants(root: &Json) -> Result<Vec<String>, LoadError> {
     let Some(extension) = root.extension("KHR_materials_variants")? else { return Ok(Vec::new()) };
-    extension.objects("variants")?.iter().map(Json::name).collect()
+    Ok(extension.objects("variants")?.iter().map(Json::name).collect())
 }
 
 fn check_version(root: &Json) -> Result<(), LoadError> {
@@ -356,17 +376,12 @@ fn check_version(root: &Json) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// Refuses extensions that are required and not supported; warns of those that are only used.
+/// Refuses extensions that are required and not supported; gives those that are only used.
 fn check_extensions(root: &Json) -> Result<Vec<String>, LoadError> {
     let is_supported = |name: &str| SUPPORTED_EXTENSIONS.contains(&name);
     if let Some(extension) = root.strings("extensionsRequired")?.into_iter().find(|name| !is_supported(name)) {
         return Err(LoadError::UnsupportedExtension { file: String::new(), extension: extension.to_owned() });
     }
     let used = root.strings("extensionsUsed")?;
-    Ok(used
-        .into_iter()
-        .filter(|name| !is_supported(name))
-        .take(MAX_EXTENSIONS)
-        .map(|name| format!("at \"/extensionsUsed\": {name} is not supported; the model may look different"))
-        .collect())
+    Ok(used.into_iter().filter(|name| !is_supported(name)).take(MAX_EXTENSIONS).map(str::to_owned).collect())
 }

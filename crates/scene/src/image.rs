@@ -1,6 +1,7 @@
 //! Images and how textures sample them. Images stay encoded until somebody asks for their texels, so that few are
 //! decoded at a time.
 
+mod halved;
 mod jpeg;
 mod ktx2;
 mod light;
@@ -186,6 +187,9 @@ pub struct Texture {
 /// The largest width and height of an image in texels.
 pub const MAX_IMAGE_SIZE_TEXELS: u32 = 16384;
 
+/// The largest width and height in a file: what is larger is broken.
+const MAX_STORED_SIZE_TEXELS: u32 = 1 << 20;
+
 /// The most memory that decoding one image may take: 512 MiB.
 const MAX_DECODE_BYTES: u64 = 512 << 20;
 
@@ -213,15 +217,36 @@ impl Image {
             return Err(self.error("the format is not known"));
         }
         let mut limits = ::image::Limits::default();
-        limits.max_image_width = Some(MAX_IMAGE_SIZE_TEXELS);
-        limits.max_image_height = Some(MAX_IMAGE_SIZE_TEXELS);
+        limits.max_image_width = Some(MAX_STORED_SIZE_TEXELS);
+        limits.max_image_height = Some(MAX_STORED_SIZE_TEXELS);
         limits.max_alloc = Some(MAX_DECODE_BYTES);
         reader.limits(limits);
         Ok(reader)
     }
 
-    /// Width and height in texels, from the header alone. An image above [`MAX_IMAGE_SIZE_TEXELS`] is an error.
+    /// Width and height in texels, from the header alone. An image above [`MAX_IMAGE_SIZE_TEXELS`] is halved until it fits
+    /// if it is a PNG, JPEG or WebP, and else an error.
     pub fn dimensions(&self) -> Result<(u32, u32), ImageError> {
+        let stored = self.stored_dimensions()?;
+        Ok(halved::size(stored, halved::times(stored)))
+    }
+
+    /// What is said of an image that is halved until it fits.
+    pub fn size_warning(&self) -> Option<String> {
+        let (width, height) = self.stored_dimensions().ok()?;
+        let times = halved::times((width, height));
+        let (to_width, to_height) = halved::size((width, height), times);
+        (times > 0).then(|| {
+            format!(
+                "it has {width} by {height} texels, and {MAX_IMAGE_SIZE_TEXELS} a side are possible; it is halved to \
+                 {to_width} by {to_height}"
+            )
+        })
+    }
+
+    /// Width and height in the file.
+    fn stored_dimensions(&self) -> Result<(u32, u32), ImageError> {
+        let mut most = MAX_IMAGE_SIZE_TEXELS;
         let (width, height) = match &self.source {
             ImageSource::Pixels(pixels) => (pixels.width, pixels.height),
             ImageSource::Encoded(bytes) if is_ktx2(bytes) => {
@@ -230,14 +255,17 @@ impl Image {
             ImageSource::Encoded(bytes) if self.holds_light() => {
                 light_size(bytes).map_err(|message| self.error(message))?
             }
-            ImageSource::Encoded(bytes) => self.reader(bytes)?.into_dimensions().map_err(|error| self.error(error))?,
+            ImageSource::Encoded(bytes) => {
+                most = MAX_STORED_SIZE_TEXELS;
+                self.reader(bytes)?.into_dimensions().map_err(|error| self.error(error))?
+            }
             ImageSource::Loading(_) => return Err(self.error("it is still on its way")),
             ImageSource::Monitor(monitor) => (monitor.width, monitor.height),
             ImageSource::Simulation(_) => {
                 return Err(self.error("only who draws a simulation knows the size of its pictures"));
             }
         };
-        if width == 0 || height == 0 || width.max(height) > MAX_IMAGE_SIZE_TEXELS {
+        if width == 0 || height == 0 || width.max(height) > most {
             return Err(self.error(format!("it has {width} by {height} texels")));
         }
         Ok((width, height))
@@ -271,7 +299,7 @@ impl Image {
         if let ImageSource::Encoded(bytes) = &self.source
             && !is_ktx2(bytes)
         {
-            let (width, height) = self.dimensions()?;
+            let (width, height) = self.stored_dimensions()?;
             if u64::from(width) * u64::from(height) * 8 > MAX_DECODE_BYTES {
                 return Err(self.error("it takes more than 512 MiB"));
             }
@@ -280,6 +308,7 @@ impl Image {
                 ::image::DynamicImage::ImageLuma16(image) => image.into_raw(),
                 other => other.into_rgba16().pixels().map(|texel| texel.0[0]).collect(),
             };
+            let (data, (width, height)) = halved::until_it_fits(data, (width, height), 1);
             return Ok(Heights { width, height, data });
         }
         let Pixels { width, height, data, .. } = self.decode()?;
@@ -296,7 +325,7 @@ impl Image {
             ImageSource::Monitor(_) => return Err(self.error("it is what a monitor shows, which has no file")),
             ImageSource::Simulation(_) => return Err(self.error("it is a picture of a simulation, which has no file")),
         };
-        let (width, height) = self.dimensions()?;
+        let (width, height) = self.stored_dimensions()?;
         if u64::from(width) * u64::from(height) * 4 > MAX_DECODE_BYTES {
             return Err(self.error("it takes more than 512 MiB"));
         }
@@ -304,11 +333,11 @@ impl Image {
             let data = ktx2::decode(bytes).map_err(|message| self.error(message))?;
             return Ok(Pixels { width, height, format: PixelFormat::Rgba8, data });
         }
-        if let Some(data) = jpeg::decode((width, height), bytes) {
-            return Ok(Pixels { width, height, format: PixelFormat::Rgba8, data });
-        }
-        let decoded = self.reader(bytes)?.decode().map_err(|error| self.error(error))?;
-        let rgba = decoded.into_rgba8();
-        Ok(Pixels { width: rgba.width(), height: rgba.height(), format: PixelFormat::Rgba8, data: rgba.into_raw() })
+        let data = match jpeg::decode((width, height), bytes) {
+            Some(data) => data,
+            None => self.reader(bytes)?.decode().map_err(|error| self.error(error))?.into_rgba8().into_raw(),
+        };
+        let (data, (width, height)) = halved::until_it_fits(data, (width, height), 4);
+        Ok(Pixels { width, height, format: PixelFormat::Rgba8, data })
     }
 }

@@ -41,6 +41,7 @@ pub mod sky;
 pub mod spelling;
 pub mod stage;
 pub mod surroundings;
+mod tally;
 pub mod variants;
 pub mod water;
 

@@ -285,8 +285,39 @@ impl Scene {
     }
 
     /// Every node reachable from the roots, hidden ones and coarser levels too, parents before children.
-    fn reachable_nodes(&self) -> Vec<NodeId> {
-        let mut order = self.roots.clone();
+    pub(crate) fn reachable_nodes(&self) -> Vec<NodeId> {
+        self.reachable_from(self.roots.clone())
+    }
+
+    /// The nodes whose transforms count: those that are reachable, and joints of skins that no scene has, with all above
+    /// them. Parents come before children.
+    fn placed_nodes(&self) -> Vec<NodeId> {
+        let order = self.reachable_nodes();
+        let mut joints = self.skins.iter().flat_map(|skin| &skin.joints).peekable();
+        if joints.peek().is_none() {
+            return order;
+        }
+        let mut is_known = vec![false; self.nodes.len()];
+        let mut know =
+            |id: NodeId| is_known.get_mut(id.0 as usize).is_none_or(|is_known| std::mem::replace(is_known, true));
+        for id in &order {
+            know(*id);
+        }
+        let mut tops = Vec::new();
+        for joint in joints {
+            let mut id = *joint;
+            // What is known has its top already.
+            while !know(id) {
+                match self.node(id).parent {
+                    Some(parent) => id = parent,
+                    None => tops.push(id),
+                }
+            }
+        }
+        if tops.is_empty() { order } else { self.reachable_from([self.roots.clone(), tops].concat()) }
+    }
+
+    fn reachable_from(&self, mut order: Vec<NodeId>) -> Vec<NodeId> {
         let mut next = 0;
         while next < order.len() {
             let node = self.node(order[next]);
@@ -307,7 +338,7 @@ impl Scene {
     }
 
     fn update_all(&mut self) -> usize {
-        let order = self.reachable_nodes();
+        let order = self.placed_nodes();
         let mut has_moved = vec![false; self.nodes.len()];
         for id in &order {
             let node = self.node(*id);

@@ -36,6 +36,10 @@ impl ImageFiles {
                 None
             }
         };
+        let warning = index.and_then(|index| parts.scene.images.get(index)?.size_warning());
+        if let Some(warning) = warning {
+            parts.warn(format!("texture \"{name}\": {warning}"));
+        }
         self.images.insert(name.to_owned(), index);
         index
     }

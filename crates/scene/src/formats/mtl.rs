@@ -6,17 +6,67 @@ use super::image_files::{ImageFiles, texture};
 use super::parts::{Parts, plain_material};
 use super::text;
 use crate::material::{HeightMap, HeightMethod};
+use crate::tally::Tally;
 use crate::{AlphaMode, Image, Material, Sampler, TextureRef, TextureTransform, Wrap};
 use glam::{Vec2, Vec3};
 
 /// How high white lies over black by `-bm 1`, of the diagonal of the model's box: MTL gives the number no unit.
 const BUMP_OF_SIZE: f32 = 0.01;
 
+/// A file as a statement names it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Named {
+    /// Its path from the model.
+    pub(super) path: String,
+    /// The absolute path that it is named by, of which only the last part counts here.
+    absolute: Option<String>,
+}
+
+impl Named {
+    /// A file that is named in a folder, which is empty or ends in a slash. Backslashes are slashes, one or two of them.
+    pub(super) fn new(folder: &str, name: &str) -> Self {
+        let name = name.trim().trim_matches('"');
+        let has_drive = matches!(name.as_bytes(), [drive, b':', ..] if drive.is_ascii_alphabetic());
+        let is_url = name.get(..5).is_some_and(|start| start.eq_ignore_ascii_case("file:"));
+        let is_absolute = has_drive || is_url || name.starts_with(['/', '\\']);
+        let parts = |text: &str| -> Vec<String> {
+            text.split(['/', '\\']).filter(|part| !["", "."].contains(part)).map(str::to_owned).collect()
+        };
+        let mut path: Vec<String> = parts(folder);
+        if is_absolute {
+            let rest = if has_drive { name.get(2..).unwrap_or_default() } else { name };
+            path.extend(parts(rest).into_iter().next_back().filter(|base: &String| !base.contains(':')));
+        } else {
+            for part in parts(name) {
+                // What leads out of the model's folder is refused where it is read.
+                match path.last() {
+                    Some(last) if part == ".." && last != ".." => drop(path.pop()),
+                    _ => path.push(part),
+                }
+            }
+        }
+        Self { path: path.join("/"), absolute: is_absolute.then(|| name.to_owned()) }
+    }
+
+    /// The path from the model, and the absolute one if the file is named so.
+    pub(super) fn all(&self) -> impl Iterator<Item = &str> {
+        std::iter::once(self.path.as_str()).chain(self.absolute.as_deref())
+    }
+
+    /// Warns of an absolute path.
+    pub(super) fn warn(&self, place: &str, warnings: &mut Tally) {
+        if let Some(absolute) = &self.absolute {
+            let absolute = text::shown(absolute.as_bytes());
+            let message = format!("\"{absolute}\" is an absolute path; \"{}\" beside the model is taken", self.path);
+            warnings.add_as("absolute path", place, message);
+        }
+    }
+}
+
 /// A texture as a statement names it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Map {
-    /// Its path from the model.
-    pub(super) name: String,
+    pub(super) name: Named,
     offset: Vec2,
     scale: Vec2,
     is_clamped: bool,
@@ -31,7 +81,10 @@ pub(super) struct Definition {
     specular: Option<[f32; 3]>,
     exponent: Option<f32>,
     emission: Option<[f32; 3]>,
+    /// What `d` says.
     alpha: Option<f32>,
+    /// What `Tr` says.
+    transparency: Option<f32>,
     roughness: Option<f32>,
     metallic: Option<f32>,
     color_map: Option<Map>,
@@ -43,47 +96,64 @@ pub(super) struct Definition {
     metallic_map: Option<Map>,
 }
 
-/// The names of the statements that name a texture, in small letters.
-const MAPS: [&str; 9] = ["map_kd", "map_d", "map_ke", "map_bump", "bump", "norm", "map_pr", "map_pm", "map_ks"];
+/// The names of the statements that name a texture which is read, in small letters.
+const MAPS: [&str; 8] = ["map_kd", "map_d", "map_ke", "map_bump", "bump", "norm", "map_pr", "map_pm"];
 
-/// The materials of a library, and what is wrong with it. `folder` is the library's, from the model.
-pub(super) fn parse(bytes: &[u8], folder: &str) -> (Vec<Definition>, Vec<String>) {
-    let (mut definitions, mut warnings) = (Vec::<Definition>::new(), Vec::new());
+/// What has no meaning in metallic-roughness: ambient light, which the environment is, its map, the models of lighting
+/// of 1990, and how an image is filtered.
+const MEANINGLESS: [&str; 6] = ["ka", "map_ka", "illum", "ni", "sharpness", "map_aat"];
+
+/// The materials of the library at `path` from the model.
+pub(super) fn parse(bytes: &[u8], path: &str, warnings: &mut Tally) -> Vec<Definition> {
+    let folder = path.rfind('/').and_then(|end| path.get(..=end)).unwrap_or_default();
+    let mut definitions = Vec::<Definition>::new();
     for (line, content) in text::lines(bytes) {
         let (keyword, rest) = text::first_word(&content);
+        if keyword.is_empty() || keyword.starts_with(b"#") {
+            continue;
+        }
         let keyword = text::name(keyword).to_ascii_lowercase();
         if keyword == "newmtl" {
             definitions.push(Definition { name: text::name(rest), ..Definition::default() });
             continue;
         }
         let Some(definition) = definitions.last_mut() else { continue };
-        if let Err(message) = definition.read(&keyword, rest, folder)
-            && warnings.len() < 10
-        {
-            warnings.push(format!("line {line}: {message}; the statement is passed over"));
+        let place = format!("{path}: line {line}");
+        match definition.read(&keyword, rest, folder) {
+            Ok(None) => {}
+            Ok(Some(kind)) => warnings.add(place, &kind),
+            Err(message) => {
+                let message = format!("{message}; the statement is passed over");
+                warnings.add_as(&format!("wrong {keyword}"), place, message);
+            }
         }
     }
-    (definitions, warnings)
+    for named in definitions.iter().flat_map(Definition::maps).map(|map| &map.name) {
+        named.warn(path, warnings);
+    }
+    definitions
 }
 
 impl Definition {
-    fn read(&mut self, keyword: &str, rest: &[u8], folder: &str) -> Result<(), String> {
-        let one = || {
-            let word = text::words(rest).next().unwrap_or_default();
-            text::number(word).ok_or_else(|| format!("expected a finite number, found \"{}\"", text::shown(word)))
-        };
+    /// Reads a statement; gives what is said of one that is passed over or taken otherwise than it is written.
+    fn read(&mut self, keyword: &str, rest: &[u8], folder: &str) -> Result<Option<String>, String> {
+        let one = || number(text::words(rest).next().unwrap_or_default());
         let unit = || one().map(|value| Some(value.clamp(0.0, 1.0)));
         match keyword {
-            "kd" => self.color = Some(color(rest)?.map(|value| value.min(1.0))),
+            "kd" => {
+                let (kd, warning) = of_unit(color(rest)?);
+                self.color = Some(kd);
+                return Ok(warning.map(str::to_owned));
+            }
             "ks" => self.specular = Some(color(rest)?),
             "ke" => self.emission = Some(color(rest)?),
             "ns" => self.exponent = Some(one()?.max(0.0)),
             // `d -halo 0.5` fades towards edges; its number is taken as it is.
             "d" => {
-                let word = text::words(rest).last().unwrap_or_default();
-                self.alpha = text::number(word).map(|alpha| alpha.clamp(0.0, 1.0));
+                let word = text::words_before_comment(rest).last().unwrap_or_default();
+                self.alpha = Some(number(word)?.clamp(0.0, 1.0));
             }
-            "tr" => self.alpha = Some(1.0 - one()?.clamp(0.0, 1.0)),
+            "tr" => self.transparency = unit()?,
             "pr" => self.roughness = unit()?,
             "pm" => self.metallic = unit()?,
             _ if MAPS.contains(&keyword) => {
@@ -95,13 +165,47 @@ impl Definition {
                     "norm" => self.normal_map = map,
                     "map_pr" => self.roughness_map = map,
                     "map_pm" => self.metallic_map = map,
-                    "map_bump" | "bump" => self.bump_map = map,
-                    _ => {}
+                    _ => self.bump_map = map,
                 }
             }
-            _ => {}
+            _ if MEANINGLESS.contains(&keyword) => {}
+            _ => {
+                // Exporters write all that they know, mostly zeros.
+                let says_nothing = text::words(rest).all(|word| text::number(word) == Some(0.0));
+                let is_filter_of_all = keyword == "tf" && text::words(rest).all(|word| text::number(word) == Some(1.0));
+                let keyword = text::shown(keyword.as_bytes());
+                return Ok((!says_nothing && !is_filter_of_all).then(|| format!("\"{keyword}\" is not read")));
+            }
         }
-        Ok(())
+        Ok(None)
+    }
+
+    /// The share of what is seen of the surface. Where `d` and `Tr` contradict each other, `d` counts; without it, `Tr`
+    /// is what shines through.
+    fn alpha(&self, parts: &mut Parts) -> f32 {
+        match (self.alpha, self.transparency) {
+            (Some(alpha), Some(transparency)) => {
+                // Some exporters write into `Tr` what `d` is.
+                let is_either = [alpha, 1.0 - alpha].iter().any(|said| (said - transparency).abs() < 0.01);
+                if !is_either {
+                    let message = format!(
+                        "material \"{}\": d {alpha} and Tr {transparency} contradict each other; d counts",
+                        self.name
+                    );
+                    parts.warnings.add_as("d and Tr", "", message);
+                }
+                alpha
+            }
+            (None, Some(1.0)) => {
+                let message = format!(
+                    "material \"{}\": Tr 1 without d makes it invisible; some programs mean an opaque one: write d 1",
+                    self.name
+                );
+                parts.warnings.add_as("Tr alone", "", message);
+                0.0
+            }
+            (alpha, transparency) => alpha.or(transparency.map(|transparency| 1.0 - transparency)).unwrap_or(1.0),
+        }
     }
 
     /// The textures that are read, or would be if they could.
@@ -123,7 +227,7 @@ impl Definition {
         let mut material = Material { name: self.name.clone(), ..plain_material(has_colors) };
         let mut slot = |map: &Option<Map>, parts: &mut Parts| {
             let map = map.as_ref()?;
-            Some(map.reference(images.image(&map.name, parts, resolve)?, parts))
+            Some(map.reference(images.image(&map.name.path, parts, resolve)?, parts))
         };
         material.base_color_texture = slot(&self.color_map, parts);
         material.emissive_texture = slot(&self.emission_map, parts);
@@ -204,7 +308,7 @@ impl Definition {
             (None | Some(Vec3::ZERO), Some(_)) => Vec3::ONE,
             (color, _) => color.unwrap_or(material.base_color_factor.truncate()),
         };
-        let alpha = self.alpha.unwrap_or(1.0);
+        let alpha = self.alpha(parts);
         material.base_color_factor = color.extend(alpha);
         if alpha < 1.0 {
             material.alpha_mode = AlphaMode::Blend;
@@ -241,12 +345,28 @@ impl Map {
     }
 }
 
+fn number(word: &[u8]) -> Result<f32, String> {
+    text::number(word).ok_or_else(|| format!("expected a finite number, found \"{}\"", text::shown(word)))
+}
+
+/// A colour from 0 to 1, and what is said of one that is not. Whole numbers above 1 are shares of 255.
+fn of_unit(color: [f32; 3]) -> ([f32; 3], Option<&'static str>) {
+    let most = color.into_iter().fold(0.0, f32::max);
+    let is_of_bytes = most >= 2.0 && color.iter().all(|value| value.fract() == 0.0);
+    if most <= 1.0 {
+        (color, None)
+    } else if is_of_bytes {
+        (color.map(|value| (value / 255.0).min(1.0)), Some("Kd is above 1; it is taken to be from 0 to 255"))
+    } else {
+        (color.map(|value| value.min(1.0)), Some("Kd is above 1, which is taken instead"))
+    }
+}
+
 /// One number is a grey. Numbers below 0 are 0.
 fn color(rest: &[u8]) -> Result<[f32; 3], String> {
     let mut values = Vec::new();
-    for word in text::words(rest).take(3) {
-        let value = text::number(word).map(|value| value.max(0.0));
-        values.push(value.ok_or_else(|| format!("expected a finite number, found \"{}\"", text::shown(word)))?);
+    for word in text::words_before_comment(rest).take(3) {
+        values.push(number(word)?.max(0.0));
     }
     match values[..] {
         [grey] => Ok([grey; 3]),
@@ -257,7 +377,8 @@ fn color(rest: &[u8]) -> Result<[f32; 3], String> {
 
 /// A texture: options, then a name, which may have spaces in it.
 fn map(rest: &[u8], folder: &str) -> Result<Map, String> {
-    let mut map = Map { name: String::new(), offset: Vec2::ZERO, scale: Vec2::ONE, is_clamped: false, strength: 1.0 };
+    let mut map =
+        Map { name: Named::default(), offset: Vec2::ZERO, scale: Vec2::ONE, is_clamped: false, strength: 1.0 };
     let mut rest = rest;
     loop {
         let (option, after) = text::first_word(rest);
@@ -293,11 +414,10 @@ fn map(rest: &[u8], folder: &str) -> Result<Map, String> {
             _ => {}
         }
     }
-    let name = text::name(rest).trim_matches('"').replace('\\', "/");
-    if name.is_empty() {
+    map.name = Named::new(folder, &text::name(rest));
+    if map.name.path.trim_end_matches('/') == folder.trim_end_matches('/') {
         return Err("expected the name of a texture".into());
     }
-    map.name = format!("{folder}{}", name.trim_start_matches("./"));
     Ok(map)
 }
 
@@ -310,12 +430,25 @@ mod tests {
         let read = |text: &str| map(text.as_bytes(), "in/").expect(text);
         let found = read("-s 2 3 1 -o 0.5 -clamp on -bm 0.7 -imfchan l tex\\a b.png");
         assert_eq!(
-            (found.name.as_str(), found.scale, found.offset),
+            (found.name.path.as_str(), found.scale, found.offset),
             ("in/tex/a b.png", Vec2::new(2.0, 3.0), Vec2::new(0.5, 0.0))
         );
         assert!(found.is_clamped && found.strength == 0.7);
-        assert_eq!(read("-bm 2 3.png").name, "in/3.png");
-        assert_eq!(read("./a.png").name, "in/a.png");
+        assert_eq!(read("-bm 2 3.png").name.path, "in/3.png");
+        for name in [
+            "./a.png",
+            ".\\a.png",
+            ".\\\\a.png",
+            "x\\..\\a.png",
+            "C:\\b c\\a.png",
+            "/b/a.png",
+            "\\\\server\\a.png",
+            "\"a.png\"",
+        ] {
+            assert_eq!(read(name).name.path, "in/a.png", "{name}");
+        }
+        assert_eq!(read("../a.png").name.path, "a.png");
+        assert_eq!(read("../../a.png").name.path, "../a.png");
         assert!(map(b"-s 1 1 1", "").is_err() && map(b"", "").is_err());
     }
 }

@@ -6,9 +6,10 @@
 use super::image_files::ImageFiles;
 use super::parts::{Parts, by_material, linear, plain_material};
 use super::smooth::{Smoothed, Smoothing, smooth};
-use super::text::{self, at_line};
+use super::text::{self, Line, at_line};
 use super::{mtl, polygon};
 use crate::gltf_file::{LoadError, Loaded};
+use crate::tally::Tally;
 use crate::{Aabb, Primitive, Topology};
 use glam::Vec3;
 use std::collections::{BTreeSet, HashMap};
@@ -19,11 +20,45 @@ const NONE: u32 = u32::MAX;
 const MOST_LIBRARIES: usize = 256;
 const MOST_LIBRARY_BYTES: usize = 64 << 20;
 
+/// What stands for the colour of a vertex that has none.
+const NO_COLOR: [f32; 4] = [-1.0; 4];
+/// Statements that are known and not read: curves, surfaces, and what older programs drew with.
+const UNREAD: [&[u8]; 27] = [
+    b"vp",
+    b"cstype",
+    b"deg",
+    b"bmat",
+    b"step",
+    b"curv",
+    b"curv2",
+    b"surf",
+    b"parm",
+    b"trim",
+    b"hole",
+    b"scrv",
+    b"sp",
+    b"end",
+    b"con",
+    b"mg",
+    b"bevel",
+    b"c_interp",
+    b"d_interp",
+    b"lod",
+    b"maplib",
+    b"usemap",
+    b"shadow_obj",
+    b"trace_obj",
+    b"ctech",
+    b"stech",
+    b"call",
+];
+
 type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
 
 /// Whether the first statement of a text is one of OBJ.
 pub(super) fn is_obj(start: &[u8]) -> bool {
-    let first = start.split(|byte| *byte == b'\n').map(text::first_word).find(|(word, _)| {
+    let lines = start.split(|byte| matches!(byte, b'\n' | b'\r'));
+    let first = lines.map(text::first_word).find(|(word, _)| {
         let is_comment = word.first() == Some(&b'#');
         !word.is_empty() && !is_comment
     });
@@ -64,11 +99,12 @@ struct File {
     /// Names of materials, and their indices here; the first is that of what has none.
     materials: Vec<String>,
     material_of: HashMap<String, usize>,
-    libraries: Vec<String>,
-    broken_normals: bool,
+    libraries: Vec<mtl::Named>,
+    warnings: Tally,
 }
 
-/// The files that an OBJ names: its libraries, then the textures in those that can be read.
+/// The files that an OBJ names: its libraries, then the textures in those that can be read. Absolute paths are there as
+/// they are written, too.
 pub(super) fn names(bytes: &[u8], resolve: &mut Resolve) -> Vec<String> {
     let mut libraries = Vec::new();
     for (_, line) in text::lines(bytes) {
@@ -77,53 +113,47 @@ pub(super) fn names(bytes: &[u8], resolve: &mut Resolve) -> Vec<String> {
             add_library(&mut libraries, rest);
         }
     }
-    let (definitions, _) = read_libraries(&libraries, resolve);
+    let definitions = read_libraries(&libraries, resolve, &mut Tally::default());
     let textures: BTreeSet<&str> =
-        definitions.iter().flat_map(mtl::Definition::maps).map(|map| map.name.as_str()).collect();
-    libraries.iter().map(String::as_str).chain(textures).map(str::to_owned).collect()
+        definitions.iter().flat_map(mtl::Definition::maps).flat_map(|map| map.name.all()).collect();
+    libraries.iter().flat_map(mtl::Named::all).chain(textures).map(str::to_owned).collect()
 }
 
-fn add_library(libraries: &mut Vec<String>, rest: &[u8]) {
-    let name = text::name(rest).trim_matches('"').replace('\\', "/");
-    let name = name.trim_start_matches("./").to_owned();
-    if !name.is_empty() && libraries.len() < MOST_LIBRARIES && !libraries.contains(&name) {
-        libraries.push(name);
+/// Adds a library that is not known yet.
+fn add_library(libraries: &mut Vec<mtl::Named>, rest: &[u8]) {
+    let library = mtl::Named::new("", &text::name(rest));
+    if !library.path.is_empty() && libraries.len() < MOST_LIBRARIES && !libraries.contains(&library) {
+        libraries.push(library);
     }
 }
 
-/// The materials of all libraries, and what is wrong with those.
-fn read_libraries(libraries: &[String], resolve: &mut Resolve) -> (Vec<mtl::Definition>, Vec<String>) {
-    let (mut definitions, mut warnings, mut left_bytes) = (Vec::new(), Vec::new(), MOST_LIBRARY_BYTES);
+/// The materials of all libraries.
+fn read_libraries(libraries: &[mtl::Named], resolve: &mut Resolve, warnings: &mut Tally) -> Vec<mtl::Definition> {
+    let (mut definitions, mut left_bytes) = (Vec::new(), MOST_LIBRARY_BYTES);
     for library in libraries {
-        let read = resolve(library).and_then(|bytes| {
+        library.warn("", warnings);
+        let path = &library.path;
+        let read = resolve(path).and_then(|bytes| {
             left_bytes = left_bytes.checked_sub(bytes.len()).ok_or("libraries take more than 64 MiB together")?;
             Ok(bytes)
         });
         match read {
-            Ok(bytes) => {
-                let folder = library.rfind('/').and_then(|end| library.get(..=end)).unwrap_or_default();
-                let (found, wrong) = mtl::parse(&bytes, folder);
-                definitions.extend(found);
-                warnings.extend(wrong.into_iter().map(|message| format!("{library}: {message}")));
-            }
-            Err(message) => warnings.push(format!("materials of \"{library}\": {message}; they are left out")),
+            Ok(bytes) => definitions.extend(mtl::parse(&bytes, path, warnings)),
+            Err(message) => warnings.add("", &format!("materials of \"{path}\": {message}; they are left out")),
         }
     }
-    (definitions, warnings)
+    definitions
 }
 
 pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadError> {
-    let file = read(bytes)?;
+    let mut file = read(bytes)?;
     if file.positions.is_empty() {
         return Err(LoadError::malformed("", "not an OBJ file: it has no vertices"));
     }
-    let mut parts = Parts::default();
+    let mut parts = Parts { warnings: std::mem::take(&mut file.warnings), ..Parts::default() };
     let materials = materials(&file, &mut parts, resolve);
-    if file.broken_normals {
-        parts.warn("some normals have no direction; they point along +Y instead");
-    }
     for part in &file.parts {
-        let mut primitives = triangles(&file, part, &materials)?;
+        let mut primitives = triangles(&file, part, &materials, &mut parts.warnings)?;
         primitives.extend(others(&file, part, &materials)?);
         if !primitives.is_empty() {
             parts.add(&part.name, primitives);
@@ -134,8 +164,7 @@ pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadEr
 
 /// The scene's materials by their indices in the file.
 fn materials(file: &File, parts: &mut Parts, resolve: &mut Resolve) -> Vec<usize> {
-    let (definitions, warnings) = read_libraries(&file.libraries, resolve);
-    warnings.into_iter().for_each(|warning| parts.warn(warning));
+    let definitions = read_libraries(&file.libraries, resolve, &mut parts.warnings);
     let has_colors = !file.colors.is_empty();
     let bounds = Aabb::from_points(file.positions.iter().copied().map(Vec3::from));
     let size_m = (bounds.max - bounds.min).length();
@@ -169,7 +198,7 @@ fn read(bytes: &[u8]) -> Result<File, LoadError> {
     let mut part = file.part("");
     for (line, content) in text::lines(bytes) {
         let (keyword, rest) = text::first_word(&content);
-        let mut words = text::words(rest);
+        let mut words = text::words_before_comment(rest);
         match keyword {
             b"v" => file.add_vertex(&mut words, line)?,
             b"vt" => {
@@ -179,11 +208,7 @@ fn read(bytes: &[u8]) -> Result<File, LoadError> {
                 // It points up here, and down in textures.
                 file.uvs.push([u, 1.0 - v]);
             }
-            b"vn" => {
-                let normal = Vec3::from(text::vector(&mut words, line)?).try_normalize();
-                file.broken_normals |= normal.is_none();
-                file.normals.push(normal.unwrap_or(Vec3::Y).to_array());
-            }
+            b"vn" => file.add_normal(&mut words, line)?,
             b"f" => file.add_element(part, Topology::Triangles, smoothing, material, (rest, line))?,
             b"l" => file.add_element(part, Topology::Lines, smoothing, material, (rest, line))?,
             b"p" => file.add_element(part, Topology::Points, smoothing, material, (rest, line))?,
@@ -200,9 +225,12 @@ fn read(bytes: &[u8]) -> Result<File, LoadError> {
             }
             b"usemtl" => material = file.material(&text::name(rest)),
             b"mtllib" => add_library(&mut file.libraries, rest),
-            _ => {}
+            b"" | b"g" => {}
+            _ if keyword.starts_with(b"#") => {}
+            _ => file.pass_over(keyword, line),
         }
     }
+    file.settle_colors();
     Ok(file)
 }
 
@@ -230,12 +258,44 @@ impl File {
         // One number more is the weight of curves, which are not read; three are a colour.
         let rest: Vec<f32> = words.take(4).map_while(text::number).collect();
         if let [r, g, b, ..] = rest[..] {
-            self.colors.resize(self.positions.len() - 1, [1.0; 4]);
-            self.colors.push(linear([r, g, b, 1.0]));
+            self.colors.resize(self.positions.len() - 1, NO_COLOR);
+            self.colors.push([r, g, b, 1.0]);
         } else if !self.colors.is_empty() {
-            self.colors.push([1.0; 4]);
+            self.colors.push(NO_COLOR);
         }
         Ok(())
+    }
+
+    /// Takes colours to light. Some scanners write them from 0 to 255, and not from 0 to 1.
+    fn settle_colors(&mut self) {
+        let is_of_bytes = self.colors.iter().flatten().any(|value| *value > 1.0);
+        if is_of_bytes {
+            self.warnings.add("", "colours of vertices above 1: all are taken to be from 0 to 255");
+        }
+        let most = if is_of_bytes { 255.0 } else { 1.0 };
+        for color in &mut self.colors {
+            let [r, g, b, _] = color.map(|value| value / most);
+            *color = if *color == NO_COLOR { [1.0; 4] } else { linear([r, g, b, 1.0]) };
+        }
+    }
+
+    /// A normal without direction stays zero: it is made from faces, as where there is none.
+    fn add_normal<'w>(&mut self, words: &mut impl Iterator<Item = &'w [u8]>, line: u32) -> Result<(), LoadError> {
+        let normal = Vec3::from(text::vector(words, line)?).normalize_or_zero();
+        if normal == Vec3::ZERO {
+            self.warnings.add(Line(line), "a normal has no direction; it is made from the faces instead");
+        }
+        self.normals.push(normal.to_array());
+        Ok(())
+    }
+
+    /// Counts a statement that is not read.
+    fn pass_over(&mut self, keyword: &[u8], line: u32) {
+        let message = match UNREAD.contains(&keyword) {
+            true => format!("\"{}\" is not read", text::name(keyword)),
+            false => format!("\"{}\" is no statement of OBJ; it is passed over", text::shown(keyword)),
+        };
+        self.warnings.add_as(if UNREAD.contains(&keyword) { &message } else { "no statement" }, Line(line), &message);
     }
 
     fn add_element(
@@ -249,17 +309,18 @@ impl File {
         let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
         let Some(part) = self.parts.get_mut(part) else { return Ok(()) };
         let start = part.corners.len();
-        for word in text::words(rest) {
+        for word in text::words_before_comment(rest) {
             part.corners.push(corner(word, counts, line)?);
         }
-        let least = match topology {
-            Topology::Triangles => 3,
-            Topology::Lines => 2,
-            Topology::Points => 1,
+        let (least, what) = match topology {
+            Topology::Triangles => (3, "a face of fewer than three corners is left out"),
+            Topology::Lines => (2, "a line of fewer than two vertices is left out"),
+            Topology::Points => (1, "points without a vertex are left out"),
         };
-        let count = part.corners.len() - start;
-        if count < least {
-            return Err(at_line(line, format!("expected at least {least} vertices, found {count}")));
+        if part.corners.len() - start < least {
+            part.corners.truncate(start);
+            self.warnings.add(Line(line), what);
+            return Ok(());
         }
         let end = part.corners.len() as u32;
         part.elements.push(Element { end, line, topology, smoothing, material });
@@ -308,16 +369,26 @@ fn check(file: &File, corners: &[Corner], line: u32) -> Result<(), LoadError> {
     Ok(())
 }
 
+/// A corner whose normal has a direction, or that has none.
+fn with_direction(file: &File, [position, uv, normal]: Corner) -> Corner {
+    let has_direction = file.normals.get(normal as usize).is_some_and(|normal| *normal != [0.0; 3]);
+    [position, uv, if has_direction { normal } else { NONE }]
+}
+
 /// The primitives of a part's polygons.
-fn triangles(file: &File, part: &Part, materials: &[usize]) -> Result<Vec<Primitive>, LoadError> {
+fn triangles(file: &File, part: &Part, materials: &[usize], warnings: &mut Tally) -> Result<Vec<Primitive>, LoadError> {
     let position = |corner: &Corner| file.positions.get(corner[0] as usize).copied().unwrap_or_default();
     let mut corners: Vec<Corner> = Vec::new();
     let (mut smoothing, mut of_triangle) = (Vec::new(), Vec::new());
     for (element, polygon) in elements(part).filter(|(element, _)| element.topology == Topology::Triangles) {
         check(file, polygon, element.line)?;
         let points: Vec<Vec3> = polygon.iter().map(|corner| position(corner).into()).collect();
-        for triangle in polygon::triangles(&points) {
-            corners.extend(triangle.iter().filter_map(|&i| polygon.get(i)));
+        let cut = polygon::triangles(&points);
+        if cut.is_guessed {
+            warnings.add(Line(element.line), polygon::GUESSED);
+        }
+        for triangle in cut.triangles {
+            corners.extend(triangle.iter().filter_map(|&i| polygon.get(i)).map(|corner| with_direction(file, *corner)));
             smoothing.push(element.smoothing);
             of_triangle.push(materials.get(element.material).copied().unwrap_or_default());
         }

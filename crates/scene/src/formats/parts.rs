@@ -3,19 +3,17 @@
 use crate::colour::linear_from_srgb;
 use crate::gltf_file::{LoadError, Loaded, geometry};
 use crate::scenes::MAX_DRAWN_PRIMITIVES;
+use crate::tally::Tally;
 use crate::{Material, Mesh, Node, NodeId, Primitive, Scene};
 use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::hash::Hash;
 
-/// The most warnings that are kept; more say nothing new.
-const MOST_WARNINGS: usize = 100;
-
 /// A scene that is being made.
 #[derive(Debug, Default)]
 pub(super) struct Parts {
     pub(super) scene: Scene,
-    pub(super) warnings: Vec<String>,
+    pub(super) warnings: Tally,
 }
 
 /// The surface of what has no material: a light grey without gloss, and white below colours of vertices. It has two
@@ -32,10 +30,9 @@ pub(super) fn plain_material(has_colors: bool) -> Material {
 }
 
 impl Parts {
-    pub(super) fn warn(&mut self, message: impl Into<String>) {
-        if self.warnings.len() < MOST_WARNINGS {
-            self.warnings.push(message.into());
-        }
+    /// Warns of the whole file.
+    pub(super) fn warn(&mut self, message: impl AsRef<str>) {
+        self.warnings.add("", message.as_ref());
     }
 
     /// The index of a material like `material`, which is added if there is none like the last.
@@ -83,7 +80,7 @@ impl Parts {
                 return Err(LoadError::malformed("", message));
             }
         }
-        Ok(Loaded { scene: self.scene, warnings: self.warnings })
+        Ok(Loaded { scene: self.scene, warnings: self.warnings.into_lines() })
     }
 }
 

@@ -1,104 +1,26 @@
 //! PLY (Turk 1994): meshes and clouds of points, as scanners write them; text, or bytes in either order. It has no
 //! units, and is taken as it is: Y points up.
 
+mod elements;
 mod faults;
+mod surface;
+mod text;
 
-use super::parts::{Parts, linear, plain_material};
+use super::mtl::Named;
+use super::parts::{Parts, plain_material};
 use super::polygon;
 use super::smooth::{Smoothing, smooth, weld};
 use crate::gltf_file::{LoadError, Loaded};
+use crate::tally::Tally;
 use crate::{Primitive, Topology};
+use elements::{Face, Nothing, Vertex};
 use glam::Vec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
-use ply_rs_bw::ply::{
-    ElementDef, Encoding, Header, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType,
-};
+use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyAccess, PropertyType, ScalarType};
 use std::collections::HashMap;
+use surface::{Surfaces, set_attributes};
 
-/// A vertex with whatever attributes it has.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Vertex {
-    position: [f32; 3],
-    normal: [f32; 3],
-    color_srgb: [f32; 4],
-    uv: [f32; 2],
-}
-
-/// A polygon, or a strip of triangles.
-#[derive(Debug, Default)]
-struct Face {
-    indices: Vec<i64>,
-}
-
-/// What is passed over.
-struct Nothing;
-
-/// What a property is as a number; colours of bytes are shares of 255, and those of two bytes of 65535.
-fn value(property: &Property) -> Option<(f32, f32)> {
-    let number = property.to_f32_lossy()?;
-    let share = match property {
-        Property::UChar(_) => number / 255.0,
-        Property::UShort(_) => number / 65535.0,
-        _ => number,
-    };
-    Some((number, share))
-}
-
-impl PropertyAccess for Vertex {
-    fn new() -> Self {
-        Self { position: [0.0; 3], normal: [0.0; 3], color_srgb: [1.0; 4], uv: [0.0; 2] }
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        let Some((number, share)) = value(&property) else { return PropertyAccessResult::Ignored };
-        let ([x, y, z], [nx, ny, nz], [r, g, b, a], [u, v]) =
-            (&mut self.position, &mut self.normal, &mut self.color_srgb, &mut self.uv);
-        match name {
-            "x" => *x = number,
-            "y" => *y = number,
-            "z" => *z = number,
-            "nx" => *nx = number,
-            "ny" => *ny = number,
-            "nz" => *nz = number,
-            "red" | "r" | "diffuse_red" => *r = share,
-            "green" | "g" | "diffuse_green" => *g = share,
-            "blue" | "b" | "diffuse_blue" => *b = share,
-            "alpha" | "a" | "diffuse_alpha" => *a = share,
-            "s" | "u" | "texture_u" => *u = number,
-            "t" | "v" | "texture_v" => *v = number,
-            _ => return PropertyAccessResult::Ignored,
-        }
-        PropertyAccessResult::Set
-    }
-}
-
-impl PropertyAccess for Face {
-    fn new() -> Self {
-        Self::default()
-    }
-
-    fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
-        if !["vertex_indices", "vertex_index"].contains(&name) {
-            return PropertyAccessResult::Ignored;
-        }
-        self.indices = match property {
-            Property::ListChar(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListUChar(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListShort(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListUShort(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListInt(list) => list.into_iter().map(i64::from).collect(),
-            Property::ListUInt(list) => list.into_iter().map(i64::from).collect(),
-            _ => return PropertyAccessResult::UnsupportedType,
-        };
-        PropertyAccessResult::Set
-    }
-}
-
-impl PropertyAccess for Nothing {
-    fn new() -> Self {
-        Self
-    }
-}
+type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
 
 /// What the elements of a file hold.
 #[derive(Default)]
@@ -110,7 +32,38 @@ struct Contents {
     has_faces: bool,
 }
 
-pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
+/// Which attributes vertices have.
+#[derive(Clone, Copy, Debug)]
+struct Has {
+    normals: bool,
+    colors: bool,
+    uvs: bool,
+}
+
+/// Triangles, and the corner of a face that each of their corners is.
+#[derive(Debug, Default)]
+struct Triangles {
+    indices: Vec<u32>,
+    /// The face and its corner; only where faces have surfaces of their own.
+    corners: Vec<(u32, u32)>,
+}
+
+/// The textures that a file names in the comments of its header, as MeshLab writes them.
+fn textures(header: &Header) -> Vec<Named> {
+    let named = header.comments.iter().filter_map(|comment| {
+        let (word, name) = comment.trim().split_once(char::is_whitespace)?;
+        word.eq_ignore_ascii_case("TextureFile").then(|| Named::new("", name))
+    });
+    named.filter(|named| !named.path.is_empty()).collect()
+}
+
+/// The files that a PLY names.
+pub(super) fn names(start: &[u8]) -> Vec<String> {
+    let header = Parser::<Nothing>::new().read_header(&mut Reader::new(start)).ok();
+    header.iter().flat_map(textures).flat_map(|named| named.all().map(str::to_owned).collect::<Vec<_>>()).collect()
+}
+
+pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadError> {
     let mut reader = Reader::new(bytes);
     let parser = Parser::<Nothing>::new();
     let header = parser.read_header(&mut reader).map_err(|error| faults::of_header(&error, bytes))?;
@@ -122,99 +75,135 @@ pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
         }
     }
     let has = |names: &[&str]| names.iter().any(|name| vertex.properties.contains_key(*name));
-    let has_colors = has(&["red", "r", "diffuse_red"]);
-    let (has_normals, has_uvs) = (has(&["nx"]), has(&["s", "u", "texture_u"]));
-    let contents = read(&mut reader, &header, bytes)?;
-
+    let has =
+        Has { normals: has(&["nx"]), colors: has(&["red", "r", "diffuse_red"]), uvs: has(&["s", "u", "texture_u"]) };
+    let mut contents = read(&mut reader, &header, bytes)?;
     let mut parts = Parts::default();
-    let material = parts.material(plain_material(has_colors));
-    let mut primitive = Primitive { material: Some(material), ..Primitive::default() };
-    let vertices = &contents.vertices;
-    if contents.has_faces {
-        primitive.indices = triangles(&contents)?;
+    elements::unread(&header).iter().for_each(|warning| parts.warn(warning));
+    let surfaces = Surfaces::of(&header, has);
+    let primitives = if contents.has_faces {
+        let triangles = triangles(&contents, surfaces.are_of_faces(), &mut parts.warnings)?;
+        let source = normals(&contents, &triangles, has);
+        let materials = surfaces.materials(&textures(&header), &mut parts, resolve);
+        surfaces.primitives(&contents, &triangles, &source, &materials)
     } else {
-        primitive.topology = Topology::Points;
-    }
-    let source: Vec<u32> = if has_normals || primitive.topology == Topology::Points {
-        if has_normals {
-            primitive.normals = vertices.iter().map(|vertex| unit(vertex.normal)).collect();
+        let count = contents.vertices.len();
+        contents.vertices.retain(is_placed);
+        let lost = count - contents.vertices.len();
+        if lost > 0 {
+            parts.warn(format!(
+                "{lost} of {count} points lie at no place (their coordinates are no numbers); they are left out"
+            ));
         }
-        (0..vertices.len() as u32).collect()
-    } else {
-        let (positions, places) = weld(vertices.iter().map(|vertex| vertex.position));
-        let indices: Vec<u32> =
-            primitive.indices.iter().filter_map(|&index| places.get(index as usize).copied()).collect();
-        let smoothed = smooth(&positions, &indices, |_| Smoothing::ByAngle);
-        split(&mut primitive, smoothed.indices, &smoothed.normals)
+        let material = parts.material(plain_material(has.colors));
+        let mut points = Primitive { topology: Topology::Points, material: Some(material), ..Primitive::default() };
+        contents.vertices.iter().for_each(|vertex| set_attributes(&mut points, vertex, has));
+        if has.normals {
+            points.normals = contents.vertices.iter().map(|vertex| unit(vertex.normal)).collect();
+        }
+        vec![points]
     };
-    let of_source = || source.iter().filter_map(|&index| vertices.get(index as usize));
-    primitive.positions = of_source().map(|vertex| vertex.position).collect();
-    if has_colors {
-        primitive.colors = of_source().map(|vertex| linear(vertex.color_srgb)).collect();
-    }
-    if has_uvs {
-        primitive.uv0 = of_source().map(|vertex| [vertex.uv[0], 1.0 - vertex.uv[1]]).collect();
-    }
-    if !primitive.positions.is_empty() {
-        parts.add("", vec![primitive]);
+    let primitives: Vec<Primitive> =
+        primitives.into_iter().filter(|primitive| !primitive.positions.is_empty()).collect();
+    if !primitives.is_empty() {
+        parts.add("", primitives);
     }
     parts.finish()
+}
+
+/// Whether a vertex has a place.
+fn is_placed(vertex: &Vertex) -> bool {
+    vertex.position.iter().all(|value| value.is_finite())
 }
 
 fn unit(normal: [f32; 3]) -> [f32; 3] {
     Vec3::from(normal).try_normalize().unwrap_or(Vec3::Y).to_array()
 }
 
-/// Makes a vertex for every pair of a vertex and a normal; gives the former vertex of each.
-fn split(primitive: &mut Primitive, normal_of_corner: Vec<u32>, normals: &[[f32; 3]]) -> Vec<u32> {
-    let (mut source, mut known) = (Vec::new(), HashMap::new());
-    for (index, normal) in primitive.indices.iter_mut().zip(normal_of_corner) {
-        *index = *known.entry((*index, normal)).or_insert_with(|| {
-            source.push(*index);
-            primitive.normals.push(normals.get(normal as usize).copied().unwrap_or([0.0, 1.0, 0.0]));
-            source.len() as u32 - 1
-        });
+/// Vertices with normals: of each corner of the triangles its vertex here, and of those the former vertices.
+struct WithNormals {
+    of_corner: Vec<u32>,
+    source: Vec<u32>,
+    normals: Vec<[f32; 3]>,
+}
+
+/// The normals of the file, or those that are made.
+fn normals(contents: &Contents, triangles: &Triangles, has: Has) -> WithNormals {
+    let vertices = &contents.vertices;
+    if has.normals {
+        let normals = vertices.iter().map(|vertex| unit(vertex.normal)).collect();
+        let source = (0..vertices.len() as u32).collect();
+        return WithNormals { of_corner: triangles.indices.clone(), source, normals };
     }
-    source
+    let (positions, places) = weld(vertices.iter().map(|vertex| vertex.position));
+    let indices: Vec<u32> = triangles.indices.iter().filter_map(|&index| places.get(index as usize).copied()).collect();
+    let smoothed = smooth(&positions, &indices, |_| Smoothing::ByAngle);
+    // A vertex for every pair of a vertex and a normal.
+    let (mut source, mut normals, mut known) = (Vec::new(), Vec::new(), HashMap::new());
+    let of_corner = triangles.indices.iter().zip(smoothed.indices).map(|(&index, normal)| {
+        *known.entry((index, normal)).or_insert_with(|| {
+            source.push(index);
+            normals.push(smoothed.normals.get(normal as usize).copied().unwrap_or([0.0, 1.0, 0.0]));
+            source.len() as u32 - 1
+        })
+    });
+    let of_corner = of_corner.collect();
+    WithNormals { of_corner, source, normals }
 }
 
 /// Reads the elements in their order.
-fn read(reader: &mut Reader<&[u8]>, header: &Header, bytes: &[u8]) -> Result<Contents, LoadError> {
+fn read<'b>(reader: &mut Reader<&'b [u8]>, header: &Header, bytes: &'b [u8]) -> Result<Contents, LoadError> {
     let mut contents = Contents::default();
+    let rest = *reader.get_ref();
+    let in_header = bytes.get(..bytes.len() - rest.len()).unwrap_or_default();
+    let lines = text::Lines { rest, next: in_header.iter().filter(|byte| **byte == b'\n').count() as u32 + 1 };
+    let mut payload = Payload { reader, header, bytes, lines };
     for element in header.elements.values() {
-        let left_bytes = reader.get_ref().len();
-        check_count(element, header, left_bytes)?;
-        let fault =
-            |error: ParseError| faults::of_element(&error, element, header.encoding, bytes, bytes.len() - left_bytes);
+        check_count(element, header, payload.left_bytes())?;
         match element.name.as_str() {
             "vertex" => {
-                contents.vertices = Parser::new().read_payload_for_element(reader, element, header).map_err(fault)?;
+                contents.vertices = payload.read(element)?;
                 contents.has_vertices = true;
             }
             "face" => {
-                contents.faces = Parser::new().read_payload_for_element(reader, element, header).map_err(fault)?;
+                contents.faces = payload.read(element)?;
                 contents.has_faces |= element.count > 0;
             }
             "tristrips" => {
-                contents.strips = Parser::new().read_payload_for_element(reader, element, header).map_err(fault)?;
+                contents.strips = payload.read(element)?;
                 contents.has_faces |= element.count > 0;
             }
             _ if contents.has_vertices && element.count == 0 => {}
-            _ => {
-                let parser = Parser::<Nothing>::new();
-                parser.read_payload_for_element(reader, element, header).map_err(fault)?;
-            }
+            _ => drop(payload.read::<Nothing>(element)?),
         }
     }
-    let is_placed = |vertex: &Vertex| vertex.position.iter().chain(&vertex.uv).all(|value| value.is_finite());
-    if let Some(place) = contents.vertices.iter().position(|vertex| !is_placed(vertex)) {
-        let position = contents.vertices.get(place).map(|vertex| vertex.position).unwrap_or_default();
-        return Err(LoadError::malformed(
-            &format!("vertex {place}"),
-            format!("it is at {position:?}, which is no place"),
-        ));
-    }
     Ok(contents)
+}
+
+/// What follows the header.
+struct Payload<'a, 'b> {
+    reader: &'a mut Reader<&'b [u8]>,
+    header: &'a Header,
+    bytes: &'b [u8],
+    lines: text::Lines<'b>,
+}
+
+impl Payload<'_, '_> {
+    fn left_bytes(&self) -> usize {
+        match self.header.encoding {
+            Encoding::Ascii => self.lines.rest.len(),
+            _ => self.reader.get_ref().len(),
+        }
+    }
+
+    fn read<E: PropertyAccess>(&mut self, element: &ElementDef) -> Result<Vec<E>, LoadError> {
+        if self.header.encoding == Encoding::Ascii {
+            return text::read(&mut self.lines, element);
+        }
+        let start = self.bytes.len() - self.left_bytes();
+        let read = Parser::new().read_payload_for_element(self.reader, element, self.header);
+        read.map_err(|error: ParseError| faults::of_element(&error, element, start))
+    }
 }
 
 /// Refuses a count that the rest of the file cannot hold, before memory is taken for it.
@@ -248,10 +237,10 @@ fn check_count(element: &ElementDef, header: &Header, left_bytes: usize) -> Resu
     Ok(())
 }
 
-/// The list of triangles of faces and strips.
-fn triangles(contents: &Contents) -> Result<Vec<u32>, LoadError> {
+/// The triangles of faces and strips.
+fn triangles(contents: &Contents, has_corners: bool, warnings: &mut Tally) -> Result<Triangles, LoadError> {
     let vertices = &contents.vertices;
-    let mut indices = Vec::new();
+    let mut triangles = Triangles::default();
     let mut polygon = Vec::new();
     let checked = |place: usize, index: i64| {
         let found = u32::try_from(index).ok().filter(|index| (*index as usize) < vertices.len());
@@ -260,15 +249,29 @@ fn triangles(contents: &Contents) -> Result<Vec<u32>, LoadError> {
             LoadError::malformed(&format!("face {place}"), message)
         })
     };
+    let position = |index: &u32| vertices.get(*index as usize).filter(|vertex| is_placed(vertex));
+    let no_place = "a face with a corner at no place (its coordinates are no numbers) is left out";
     for (place, face) in contents.faces.iter().enumerate() {
         polygon.clear();
         for &index in &face.indices {
             polygon.push(checked(place, index)?);
         }
-        let position = |index: &u32| vertices.get(*index as usize).map(|vertex| Vec3::from(vertex.position));
-        let points: Vec<Vec3> = polygon.iter().filter_map(position).collect();
-        let corners = polygon::triangles(&points).into_iter().flatten();
-        indices.extend(corners.filter_map(|corner| polygon.get(corner)));
+        let points: Vec<Vec3> = polygon.iter().filter_map(position).map(|vertex| vertex.position.into()).collect();
+        if points.len() < polygon.len() || points.len() < 3 {
+            let fewer = "a face of fewer than three corners is left out";
+            warnings.add(Place(place), if points.len() < polygon.len() { no_place } else { fewer });
+            continue;
+        }
+        let cut = polygon::triangles(&points);
+        if cut.is_guessed {
+            warnings.add(Place(place), polygon::GUESSED);
+        }
+        for corner in cut.triangles.into_iter().flatten() {
+            triangles.indices.extend(polygon.get(corner));
+            if has_corners {
+                triangles.corners.push((place as u32, corner as u32));
+            }
+        }
     }
     for (place, strip) in contents.strips.iter().enumerate() {
         // A number below 0 begins the strip anew.
@@ -276,9 +279,25 @@ fn triangles(contents: &Contents) -> Result<Vec<u32>, LoadError> {
             for (i, corners) in piece.windows(3).enumerate() {
                 let &[a, b, c] = corners else { continue };
                 let [a, b, c] = [checked(place, a)?, checked(place, b)?, checked(place, c)?];
-                indices.extend(if i % 2 == 0 { [a, b, c] } else { [a, c, b] });
+                if ![a, b, c].iter().all(|index| position(index).is_some()) {
+                    warnings.add(Place(place), no_place);
+                    continue;
+                }
+                triangles.indices.extend(if i % 2 == 0 { [a, b, c] } else { [a, c, b] });
+                if has_corners {
+                    triangles.corners.extend([(u32::MAX, 0); 3]);
+                }
             }
         }
     }
-    Ok(indices)
+    Ok(triangles)
+}
+
+/// The place of a warning.
+struct Place(usize);
+
+impl std::fmt::Display for Place {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "face {}", self.0)
+    }
 }

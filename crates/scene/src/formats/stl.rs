@@ -3,15 +3,18 @@
 //! Corners at one place are joined, so that normals can be smooth; those in the file are not used, since they are flat
 //! and often wrong. Z points up, as on the machines that print such files.
 
-use super::parts::{Parts, plain_material, y_up};
+use super::parts::{Parts, linear, plain_material, y_up};
 use super::smooth::{Smoothing, smooth};
-use super::text::{self, at_line};
+use super::text::{self, Line, at_line};
 use crate::Primitive;
 use crate::gltf_file::{LoadError, Loaded};
+use crate::tally::Tally;
 use std::collections::HashMap;
 
 const HEADER_BYTES: usize = 84;
 const TRIANGLE_BYTES: usize = 50;
+/// The light of a triangle that has no colour where others have some: the grey of surfaces without a material.
+const NO_COLOR: [f32; 4] = [0.6, 0.6, 0.6, 1.0];
 
 /// How long a file of bytes is that begins so.
 pub(super) fn binary_bytes(start: &[u8]) -> Option<u64> {
@@ -33,6 +36,41 @@ struct Solid {
     positions: Vec<[f32; 3]>,
     vertices: HashMap<[u32; 3], u32>,
     indices: Vec<u32>,
+    /// The colour of each triangle as light, if any has one.
+    colors: Vec<[f32; 4]>,
+}
+
+/// How the two bytes behind each triangle are read.
+#[derive(Clone, Copy, Debug)]
+enum Colors {
+    /// VisCAM and SolidView: red in the highest five bits, and a triangle has a colour where bit 15 is set.
+    OfBit15,
+    /// Materialise Magics: red in the lowest five bits, and a triangle has a colour where bit 15 is not set; the others
+    /// have that of the header.
+    Header([u8; 4]),
+}
+
+impl Colors {
+    fn of_header(header: &[u8]) -> Self {
+        let at = header.windows(6).position(|bytes| bytes == b"COLOR=");
+        match at.and_then(|at| header.get(at + 6..at + 10)) {
+            Some(&[r, g, b, a]) => Self::Header([r, g, b, a]),
+            _ => Self::OfBit15,
+        }
+    }
+
+    /// The sRGB colour of a triangle; none where it says none.
+    fn of_triangle(self, word: u16) -> Option<[f32; 4]> {
+        let [low, middle, high] = [0, 5, 10].map(|shift| f32::from(word >> shift & 31) / 31.0);
+        match self {
+            Self::OfBit15 => (word & 0x8000 != 0).then_some([high, middle, low, 1.0]),
+            Self::Header(of_object) if word & 0x8000 != 0 => {
+                let [r, g, b, _] = of_object.map(|byte| f32::from(byte) / 255.0);
+                Some([r, g, b, 1.0])
+            }
+            Self::Header(_) => Some([low, middle, high, 1.0]),
+        }
+    }
 }
 
 impl Solid {
@@ -51,26 +89,46 @@ pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
     let start = bytes.get(..super::START_BYTES).unwrap_or(bytes);
     let mut parts = Parts::default();
     let is_binary = binary_bytes(start) == Some(bytes.len() as u64) || !is_text(text::without_mark(start));
-    let solids = if is_binary { vec![read_binary(bytes, &mut parts)?] } else { read_text(bytes)? };
-    let material = parts.material(plain_material(false));
+    let solids = if is_binary { vec![read_binary(bytes, &mut parts)?] } else { read_text(bytes, &mut parts.warnings)? };
+    let has_colors = solids.iter().any(|solid| !solid.colors.is_empty());
+    let material = parts.material(plain_material(has_colors));
     for solid in solids {
         if solid.indices.is_empty() {
             continue;
         }
-        let Solid { name, positions, indices, vertices } = solid;
+        let Solid { name, positions, indices, vertices, colors } = solid;
         drop(vertices);
         let smoothed = smooth(&positions, &indices, |_| Smoothing::ByAngle);
         let corners = smoothed.source.iter();
-        let primitive = Primitive {
+        let mut primitive = Primitive {
             positions: corners.filter_map(|&vertex| positions.get(vertex as usize).copied()).collect(),
             normals: smoothed.normals,
             indices: smoothed.indices,
             material: Some(material),
             ..Primitive::default()
         };
+        if has_colors {
+            color_triangles(&mut primitive, &colors);
+        }
         parts.add(&name, vec![primitive]);
     }
     parts.finish()
+}
+
+/// Gives triangles their colours; vertices between different colours are split.
+fn color_triangles(primitive: &mut Primitive, colors: &[[f32; 4]]) {
+    let (mut source, mut known) = (Vec::new(), HashMap::new());
+    for (corner, index) in primitive.indices.iter_mut().enumerate() {
+        let color = colors.get(corner / 3).copied().unwrap_or(NO_COLOR);
+        *index = *known.entry((*index, color.map(f32::to_bits))).or_insert_with(|| {
+            source.push(*index as usize);
+            primitive.colors.push(color);
+            source.len() as u32 - 1
+        });
+    }
+    for attribute in [&mut primitive.positions, &mut primitive.normals] {
+        *attribute = source.iter().filter_map(|index| attribute.get(*index).copied()).collect();
+    }
 }
 
 fn read_binary(bytes: &[u8], parts: &mut Parts) -> Result<Solid, LoadError> {
@@ -92,6 +150,7 @@ fn read_binary(bytes: &[u8], parts: &mut Parts) -> Result<Solid, LoadError> {
     if expected < bytes.len() as u64 {
         parts.warn(format!("byte {expected}: what follows the last of {count} triangles is passed over"));
     }
+    let colors = Colors::of_header(bytes.get(..80).unwrap_or_default());
     let mut solid = Solid::default();
     let records = bytes.get(HEADER_BYTES..expected as usize).unwrap_or_default().chunks_exact(TRIANGLE_BYTES);
     for (i, record) in records.enumerate() {
@@ -108,17 +167,37 @@ fn read_binary(bytes: &[u8], parts: &mut Parts) -> Result<Solid, LoadError> {
             }
             solid.corner(position);
         }
+        let word = record.get(48..50).and_then(|bytes| bytes.try_into().ok()).map_or(0, u16::from_le_bytes);
+        if let Some(color) = colors.of_triangle(word) {
+            solid.colors.resize(i, NO_COLOR);
+            solid.colors.push(linear(color));
+        }
+    }
+    if !solid.colors.is_empty() {
+        solid.colors.resize(solid.indices.len() / 3, NO_COLOR);
     }
     Ok(solid)
 }
 
-fn read_text(bytes: &[u8]) -> Result<Vec<Solid>, LoadError> {
+/// What ended files before their lengths were known (CP/M, DOS), and what fills a last block.
+fn without_end_marks(bytes: &[u8]) -> &[u8] {
+    let end = bytes.iter().rposition(|byte| !matches!(byte, 0 | 0x1a) && !byte.is_ascii_whitespace());
+    bytes.get(..end.map_or(0, |last| last + 1)).unwrap_or_default()
+}
+
+fn read_text(bytes: &[u8], warnings: &mut Tally) -> Result<Vec<Solid>, LoadError> {
     let (mut solids, mut solid) = (Vec::new(), Solid::default());
     let (mut is_open, mut facet_line, mut last_line) = (false, None, 1);
-    for (line, content) in text::lines(bytes) {
+    for (line, content) in text::lines(without_end_marks(bytes)) {
         last_line = line;
         let (keyword, rest) = text::first_word(&content);
-        match keyword.to_ascii_lowercase().as_slice() {
+        let mut keyword = keyword.to_ascii_lowercase();
+        if keyword == b"end" {
+            let (second, _) = text::first_word(rest);
+            keyword.extend(second.to_ascii_lowercase());
+            warnings.add(Line(line), "\"end\" and what ends are two words; they are read as one");
+        }
+        match keyword.as_slice() {
             b"solid" => {
                 solids.push(std::mem::take(&mut solid));
                 solid.name = text::name(rest);
@@ -140,13 +219,16 @@ fn read_text(bytes: &[u8]) -> Result<Vec<Solid>, LoadError> {
             b"endsolid" => is_open = false,
             b"" | b"outer" | b"endloop" => {}
             _ => {
-                let message = format!("\"{}\" is no word of STL", text::shown(keyword));
+                let message = format!("\"{}\" is no word of STL", text::shown(&keyword));
                 return Err(at_line(line, message));
             }
         }
     }
-    if is_open || facet_line.is_some() {
-        return Err(at_line(last_line, "the file ends before the solid does; is it cut off?"));
+    if facet_line.is_some() {
+        return Err(at_line(last_line, "the file ends within a facet; is it cut off?"));
+    }
+    if is_open {
+        warnings.add(Line(last_line), "the file ends before the solid does; all its facets are whole");
     }
     solids.push(solid);
     Ok(solids)

@@ -8,26 +8,58 @@ pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
 }
 
-/// The lines with their numbers, from 1. One that ends in a backslash goes on in the next.
+/// The lines with their numbers, from 1. They end in LF, CR LF or, in files of old, CR. One that ends in a backslash
+/// goes on in the next.
 pub(super) fn lines(bytes: &[u8]) -> impl Iterator<Item = (u32, Cow<'_, [u8]>)> {
-    let mut physical = without_mark(bytes).split(|byte| *byte == b'\n').zip(1_u32..);
+    let mut physical = physical_lines(without_mark(bytes)).zip(1_u32..);
     std::iter::from_fn(move || {
         let (line, number) = physical.next()?;
-        let mut line = Cow::Borrowed(line);
-        while let Some(start) = line.trim_ascii_end().strip_suffix(b"\\") {
-            let mut joined = start.to_vec();
+        let Some(mut start) = without_continuation(line) else { return Some((number, Cow::Borrowed(line))) };
+        let mut joined = Vec::new();
+        loop {
+            joined.extend(start);
             joined.push(b' ');
-            let next = physical.next();
-            joined.extend(next.map_or(&[][..], |(next, _)| next));
-            line = Cow::Owned(joined);
+            let Some((next, _)) = physical.next() else { break };
+            match without_continuation(next) {
+                Some(goes_on) => start = goes_on,
+                None => {
+                    joined.extend(next);
+                    break;
+                }
+            }
         }
-        Some((number, line))
+        Some((number, Cow::Owned(joined)))
     })
+}
+
+/// The lines as they stand.
+fn physical_lines(bytes: &[u8]) -> impl Iterator<Item = &[u8]> {
+    let mut rest = Some(bytes);
+    std::iter::from_fn(move || {
+        let bytes = rest?;
+        let end = bytes.iter().position(|byte| matches!(byte, b'\n' | b'\r'));
+        let Some((line, after)) = end.and_then(|end| bytes.split_at_checked(end)) else {
+            rest = None;
+            return Some(bytes);
+        };
+        rest = after.strip_prefix(b"\r\n").or(after.get(1..));
+        Some(line)
+    })
+}
+
+/// A line that goes on in the next, without its backslash.
+fn without_continuation(line: &[u8]) -> Option<&[u8]> {
+    line.trim_ascii_end().strip_suffix(b"\\")
 }
 
 /// The words of a line.
 pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
+}
+
+/// The words before a comment, which begins with `#`.
+pub(super) fn words_before_comment(line: &[u8]) -> impl Iterator<Item = &[u8]> {
+    words(line.split(|byte| *byte == b'#').next().unwrap_or_default())
 }
 
 /// The first word, and all after it.
@@ -53,6 +85,16 @@ pub(super) fn name(bytes: &[u8]) -> String {
 pub(super) fn shown(word: &[u8]) -> String {
     let text: String = name(word).chars().take(40).collect();
     text.escape_debug().to_string()
+}
+
+/// The place of a warning.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Line(pub(super) u32);
+
+impl std::fmt::Display for Line {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "line {}", self.0)
+    }
 }
 
 /// An error in a line.
@@ -85,6 +127,14 @@ mod tests {
     fn lines_are_joined_and_keep_their_numbers() {
         let found: Vec<_> = lines(b"\xef\xbb\xbfa\\\r\nb\nc \\\n\\\nd\n\\").map(|(n, l)| (n, name(&l))).collect();
         assert_eq!(found, [(1, "a b".into()), (3, "c   d".into()), (6, " ".into())]);
+        let of_old: Vec<_> = lines(b"a\rb\r\nc\n\rd").map(|(n, l)| (n, name(&l))).collect();
+        assert_eq!(of_old, [(1, "a".into()), (2, "b".into()), (3, "c".into()), (4, "".into()), (5, "d".into())]);
+    }
+
+    #[test]
+    fn many_lines_that_go_on_take_no_longer_than_as_many_that_do_not() {
+        let bytes = b"1 2 3 \\\n".repeat(300_000);
+        assert_eq!(lines(&bytes).map(|(_, line)| line.len()).collect::<Vec<_>>(), [7 * 300_000 + 1]);
     }
 
     #[test]

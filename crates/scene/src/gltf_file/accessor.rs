@@ -60,27 +60,36 @@ pub(super) fn header(json: &Json) -> Result<Header, LoadError> {
     Ok(Header { component, normalized: json.bool("normalized", false)?, width, count })
 }
 
-/// Checks the types and ranges of every accessor, whether something uses it or not.
-pub(super) fn check_all(document: &Document) -> Result<(), LoadError> {
-    for json in &document.accessors {
-        let header = header(json)?;
-        if json.has("byteOffset") && !json.has("bufferView") {
-            return Err(json.error("byteOffset", "needs a bufferView"));
+/// Warns of accessors that are broken. Those that are needed are refused where they are read.
+pub(super) fn check_all(document: &mut Document) {
+    for json in document.accessors.clone() {
+        if let Err(error) = check(document, &json) {
+            let pointer = error.pointer().to_owned();
+            document.warn(&pointer, &format!("{}; nothing that is shown needs it", error.into_message()));
         }
-        if let Some(index) = json.index("bufferView", document.views.len(), "bufferView")?
-            && let Some(view) = document.views.get(index)
-        {
-            let offset = json.integer("byteOffset")?.unwrap_or(0);
-            check_range(json, offset, header.count, header.width * header.component.bytes(), view.length, view.stride)?;
+    }
+}
+
+/// Checks the type and range of an accessor.
+fn check(document: &Document, json: &Json) -> Result<(), LoadError> {
+    let header = header(json)?;
+    if json.has("byteOffset") && !json.has("bufferView") {
+        return Err(json.error("byteOffset", "needs a bufferView"));
+    }
+    if let Some(index) = json.index("bufferView", document.views.len(), "bufferView")?
+        && document.check_view(index).is_ok()
+        && let Some(view) = document.views.get(index)
+    {
+        let offset = json.integer("byteOffset")?.unwrap_or(0);
+        check_range(json, offset, header.count, header.width * header.component.bytes(), view.length, view.stride)?;
+    }
+    if let Some(sparse) = json.object("sparse")? {
+        let count = sparse.require_integer("count")?;
+        if count == 0 || count > header.count {
+            return Err(sparse.error("count", format!("expected 1 to {} elements, found {count}", header.count)));
         }
-        if let Some(sparse) = json.object("sparse")? {
-            let count = sparse.require_integer("count")?;
-            if count == 0 || count > header.count {
-                return Err(sparse.error("count", format!("expected 1 to {} elements, found {count}", header.count)));
-            }
-            for key in ["indices", "values"] {
-                sparse.require_object(key)?.index("bufferView", document.views.len(), "bufferView")?;
-            }
+        for key in ["indices", "values"] {
+            sparse.require_object(key)?.index("bufferView", document.views.len(), "bufferView")?;
         }
     }
     Ok(())
@@ -178,6 +187,10 @@ impl<'a> Document<'a> {
         let decoded_bytes = (head.count as u64).saturating_mul(size_of::<[T; N]>() as u64);
         let (mut view, offset) = (json.integer("bufferView")?, json.integer("byteOffset")?.unwrap_or(0));
         self.spend(decoded_bytes, pointer)?;
+        check(self, &json)?;
+        if let Some(view) = view.filter(|_| !self.unpacked.contains_key(&index)) {
+            self.check_view(view)?;
+        }
         if view.is_some_and(|view| !self.has_bytes(view)) {
             self.warn(&json.at("bufferView"), "refers to a buffer that has no bytes; its values are 0");
             view = None;

@@ -15,14 +15,17 @@ const NODE_PATHS: [&str; 4] = ["translation", "rotation", "scale", "weights"];
 pub(super) fn read_animations(document: &mut Document, scene: &mut Scene) -> Result<(), LoadError> {
     for json in document.root.objects("animations")? {
         let samplers = json.objects("samplers")?;
-        let mut animation = Animation { name: json.name()?, ..Animation::default() };
+        let mut animation = Animation { name: json.name(), ..Animation::default() };
         for channel in json.objects("channels")? {
-            let sampler = channel.index("sampler", samplers.len(), "sampler")?.and_then(|i| samplers.get(i));
-            let sampler = sampler.ok_or_else(|| channel.error("sampler", "expected the index of a sampler"))?;
-            match read_channel(document, scene, &channel, sampler)? {
-                Some(AnyChannel::Node(channel)) => animation.channels.push(channel),
-                Some(AnyChannel::Property(channel)) => animation.properties.push(channel),
-                None => {}
+            match read_channel(document, scene, &channel, &samplers) {
+                Ok(Some(AnyChannel::Node(channel))) => animation.channels.push(channel),
+                Ok(Some(AnyChannel::Property(channel))) => animation.properties.push(channel),
+                Ok(None) => {}
+                // The model can be drawn without what moves it.
+                Err(error) => {
+                    let pointer = error.pointer().to_owned();
+                    document.warn(&pointer, &format!("{}; the channel is passed over", error.into_message()));
+                }
             }
         }
         settle_emission(document, &mut animation)?;
@@ -41,8 +44,10 @@ fn read_channel(
     document: &mut Document,
     scene: &Scene,
     channel: &Json,
-    sampler: &Json,
+    samplers: &[Json],
 ) -> Result<Option<AnyChannel>, LoadError> {
+    let sampler = channel.index("sampler", samplers.len(), "sampler")?.and_then(|i| samplers.get(i));
+    let sampler = sampler.ok_or_else(|| channel.error("sampler", "expected the index of a sampler"))?;
     let target = channel.require_object("target")?;
     let path = target.string("path")?.unwrap_or("nothing");
     let node = target.index("node", scene.nodes.len(), "node")?;
@@ -57,11 +62,7 @@ fn read_channel(
                 return Ok(None);
             }
         };
-        // The model can be drawn without what is animated by pointers.
-        return Ok(read.unwrap_or_else(|error| {
-            document.warn(&channel.pointer, &format!("{}; the channel is passed over", error.into_message()));
-            None
-        }));
+        return read;
     }
     if !NODE_PATHS.contains(&path) {
         document.warn(&target.at("path"), &format!("{path} cannot be animated; the channel is passed over"));
@@ -78,15 +79,16 @@ fn read_node(
     sampler: &Json,
     (node, path): (usize, &str),
 ) -> Result<Option<AnyChannel>, LoadError> {
-    let Keys { times_secs, interpolation, count } = Keys::read(document, sampler)?;
+    let mesh = scene.nodes.get(node).and_then(|node| node.mesh).and_then(|mesh| scene.meshes.get(mesh));
+    let targets = mesh.map_or(0, |mesh| mesh.default_morph_weights.len());
+    let of_key = if path == "weights" { targets.max(1) } else { 1 };
+    let Keys { times_secs, interpolation, count } = Keys::read(document, sampler, of_key)?;
     let keyframes = match path {
         "rotation" => {
             let values = read_values::<4>(document, sampler, count)?;
             Keyframes::Rotation(values.into_iter().map(Quat::from_array).collect())
         }
         "weights" => {
-            let mesh = scene.nodes.get(node).and_then(|node| node.mesh).and_then(|mesh| scene.meshes.get(mesh));
-            let targets = mesh.map_or(0, |mesh| mesh.default_morph_weights.len());
             if targets == 0 {
                 document.warn(&target.at("node"), "the node has no morph targets; the channel is passed over");
                 return Ok(None);
@@ -110,25 +112,36 @@ struct Keys {
 }
 
 impl Keys {
-    fn read(document: &mut Document, sampler: &Json) -> Result<Self, LoadError> {
+    /// `values_of_key` are the elements of a value: as many as there are morph targets, or 1.
+    fn read(document: &mut Document, sampler: &Json, values_of_key: usize) -> Result<Self, LoadError> {
         let interpolation = match sampler.string("interpolation")?.unwrap_or("LINEAR") {
             "STEP" => Interpolation::Step,
             "LINEAR" => Interpolation::Linear,
             "CUBICSPLINE" => Interpolation::CubicSpline,
             other => {
-                let message = format!("expected STEP, LINEAR or CUBICSPLINE, found {other}");
-                return Err(sampler.error("interpolation", message));
+                let message = format!("expected STEP, LINEAR or CUBICSPLINE, found {other}; LINEAR is used");
+                document.warn(&sampler.at("interpolation"), &message);
+                Interpolation::Linear
             }
         };
-        let times_secs = read_times(document, sampler)?;
+        let mut times_secs = read_times(document, sampler)?;
         let values_a_key = if interpolation == Interpolation::CubicSpline { 3 } else { 1 };
-        let count = times_secs.len() * values_a_key;
+        let mut count = times_secs.len() * values_a_key;
+        let found = document.accessor_header(accessor(document, sampler, "output")?, &sampler.at("output"))?.count;
+        let of_key = values_a_key * values_of_key;
+        if found < count.saturating_mul(values_of_key) && found >= of_key {
+            let keys = found / of_key;
+            let message = format!("{} keyframes have {found} values; the first {keys} are used", times_secs.len());
+            document.warn(&sampler.at("output"), &message);
+            times_secs.truncate(keys);
+            count = keys * values_a_key;
+        }
         Ok(Self { times_secs, interpolation, count })
     }
 }
 
 fn read_property(document: &mut Document, sampler: &Json, property: Property) -> Result<AnyChannel, LoadError> {
-    let Keys { times_secs, interpolation, count } = Keys::read(document, sampler)?;
+    let Keys { times_secs, interpolation, count } = Keys::read(document, sampler, 1)?;
     let values = match property.components() {
         1 => read_values::<1>(document, sampler, count)?.into_flattened(),
         2 => read_values::<2>(document, sampler, count)?.into_flattened(),
@@ -198,7 +211,12 @@ fn read_values<const N: usize>(
     count: usize,
 ) -> Result<Vec<[f32; N]>, LoadError> {
     let index = accessor(document, sampler, "output")?;
-    let values = document.read::<f32, N>(index, &sampler.at("output"), to_f32)?;
+    let mut values = document.read::<f32, N>(index, &sampler.at("output"), to_f32)?;
+    if values.len() > count {
+        document
+            .warn(&sampler.at("output"), &format!("expected {count} elements, found more; the rest is passed over"));
+        values.truncate(count);
+    }
     if values.len() != count {
         return Err(sampler.error("output", format!("expected {count} elements, found {}", values.len())));
     }

@@ -1,5 +1,6 @@
 //! The outside of a file: the chunks of GLB, URIs, buffers and buffer views.
 
+use super::faults::{Faults, List};
 use super::{Document, LoadError, json::Json, meshopt};
 use std::borrow::Cow;
 
@@ -130,23 +131,28 @@ pub(super) fn read_buffers<'a>(
     binary: Option<&'a [u8]>,
     is_glb: bool,
     resolve: &mut Resolve,
+    faults: &mut Faults,
 ) -> Result<Vec<Option<Cow<'a, [u8]>>>, LoadError> {
     let mut buffers = Vec::new();
     for (i, buffer) in root.objects("buffers")?.into_iter().enumerate() {
-        let length = buffer.require_integer("byteLength")?;
-        let bytes = match buffer.string("uri")? {
-            Some(_) if meshopt::is_fallback(&buffer)? => None,
-            Some(uri) => Some(Cow::Owned(fetch_buffer(&buffer, uri, resolve)?)),
-            None if i == 0 && is_glb && binary.is_none() => {
-                return Err(buffer.error("uri", "the GLB has no binary chunk for it; export the model again"));
+        let mut read = || {
+            let length = buffer.require_integer("byteLength")?;
+            let bytes = match buffer.string("uri")? {
+                Some(_) if meshopt::is_fallback(&buffer)? => None,
+                Some(uri) => Some(Cow::Owned(fetch_buffer(&buffer, uri, resolve)?)),
+                None if i == 0 && is_glb && binary.is_none() => {
+                    return Err(buffer.error("uri", "the GLB has no binary chunk for it; export the model again"));
+                }
+                None if i == 0 => binary.map(Cow::Borrowed),
+                None => None,
+            };
+            if let Some(bytes) = &bytes {
+                check_length(&buffer, length, bytes)?;
             }
-            None if i == 0 => binary.map(Cow::Borrowed),
-            None => None,
+            Ok(bytes)
         };
-        if let Some(bytes) = &bytes {
-            check_length(&buffer, length, bytes)?;
-        }
-        buffers.push(bytes);
+        let read = read();
+        buffers.push(faults.or(List::Buffers, i, read, None));
     }
     Ok(buffers)
 }
@@ -167,28 +173,35 @@ fn check_length(buffer: &Json, length: usize, bytes: &[u8]) -> Result<(), LoadEr
 }
 
 /// Every buffer view, its range inside its buffer.
-pub(super) fn read_views(root: &Json, buffers: &[Option<Cow<[u8]>>]) -> Result<Vec<View>, LoadError> {
-    let lengths =
-        root.objects("buffers")?.iter().map(|b| b.require_integer("byteLength")).collect::<Result<Vec<_>, _>>()?;
-    let mut views = Vec::new();
-    for view in root.objects("bufferViews")? {
-        let buffer = view.index("buffer", buffers.len(), "buffer")?;
-        let buffer = buffer.ok_or_else(|| view.error("buffer", "expected the index of a buffer"))?;
-        let offset = view.integer("byteOffset")?.unwrap_or(0);
-        let length = view.require_integer("byteLength")?;
-        let stride = view.integer("byteStride")?;
-        if stride.is_some_and(|stride| !(4..=252).contains(&stride)) {
-            return Err(view.error("byteStride", "expected 4 to 252 bytes"));
-        }
-        let buffer_length = lengths.get(buffer).copied().unwrap_or(0);
-        if offset.checked_add(length).is_none_or(|end| end > buffer_length) {
-            let message =
-                format!("byteOffset {offset} + byteLength {length} exceed the buffer's {buffer_length} bytes");
-            return Err(view.error("byteLength", message));
-        }
-        views.push(View { buffer, offset, length, stride });
+pub(super) fn read_views(
+    root: &Json,
+    buffers: &[Option<Cow<[u8]>>],
+    faults: &mut Faults,
+) -> Result<Vec<View>, LoadError> {
+    // What is wrong with a buffer is said of that.
+    let length = |buffer: &Json| buffer.require_integer("byteLength").unwrap_or(usize::MAX);
+    let lengths: Vec<usize> = root.objects("buffers")?.iter().map(length).collect();
+    let nothing = || View { buffer: usize::MAX, offset: 0, length: 0, stride: None };
+    let views = root.objects("bufferViews")?;
+    let read = |(i, view): (usize, &Json)| faults.or(List::Views, i, read_view(view, buffers, &lengths), nothing());
+    Ok(views.iter().enumerate().map(read).collect())
+}
+
+fn read_view(view: &Json, buffers: &[Option<Cow<[u8]>>], lengths: &[usize]) -> Result<View, LoadError> {
+    let buffer = view.index("buffer", buffers.len(), "buffer")?;
+    let buffer = buffer.ok_or_else(|| view.error("buffer", "expected the index of a buffer"))?;
+    let offset = view.integer("byteOffset")?.unwrap_or(0);
+    let length = view.require_integer("byteLength")?;
+    let stride = view.integer("byteStride")?;
+    if stride.is_some_and(|stride| !(4..=252).contains(&stride)) {
+        return Err(view.error("byteStride", "expected 4 to 252 bytes"));
     }
-    Ok(views)
+    let buffer_length = lengths.get(buffer).copied().unwrap_or(0);
+    if offset.checked_add(length).is_none_or(|end| end > buffer_length) {
+        let message = format!("byteOffset {offset} + byteLength {length} exceed the buffer's {buffer_length} bytes");
+        return Err(view.error("byteLength", message));
+    }
+    Ok(View { buffer, offset, length, stride })
 }
 
 impl Document<'_> {
@@ -198,11 +211,21 @@ impl Document<'_> {
         buffer.is_some_and(Option::is_some)
     }
 
+    /// What is wrong with a view or its buffer.
+    ///
+    /// # Errors
+    /// Something is.
+    pub(super) fn check_view(&self, index: usize) -> Result<(), LoadError> {
+        self.faults.check(List::Views, index)?;
+        self.views.get(index).map_or(Ok(()), |view| self.faults.check(List::Buffers, view.buffer))
+    }
+
     /// The bytes of a buffer view that `pointer` refers to.
     pub(super) fn view_bytes(&self, index: usize, pointer: &str) -> Result<(&[u8], Option<usize>), LoadError> {
         let view = self.views.get(index).ok_or_else(|| {
             LoadError::invalid(pointer, format!("refers to bufferView {index}, but there are {}", self.views.len()))
         })?;
+        self.check_view(index)?;
         let bytes = self.buffers.get(view.buffer).and_then(Option::as_ref);
         let bytes = bytes.and_then(|bytes| bytes.get(view.offset..view.offset.saturating_add(view.length)));
         let bytes = bytes.ok_or_else(|| {

@@ -2,6 +2,7 @@
 
 use super::LoadError;
 use serde_json::{Map, Value};
+use std::collections::BTreeSet;
 
 /// An object of the file, and where it is.
 #[derive(Clone)]
@@ -79,7 +80,6 @@ impl<'a> Json<'a> {
         self.get(key, "a string", Value::as_str)
     }
 
-    /// The name of the object; empty if it has none.
     /// Whether an application put `false` beside what glTF says.
     pub(super) fn denies(&self, key: &str) -> bool {
         self.map.get("extras").and_then(|extras| extras.get(key)) == Some(&Value::Bool(false))
@@ -96,8 +96,29 @@ impl<'a> Json<'a> {
         self.map.get("extras")?.get(key)?.as_str()
     }
 
-    pub(super) fn name(&self) -> Result<String, LoadError> {
-        Ok(self.string("name")?.unwrap_or("").to_owned())
+    /// The name of the object; empty if it has none, or one that is no string.
+    pub(super) fn name(&self) -> String {
+        self.map.get("name").and_then(Value::as_str).unwrap_or_default().to_owned()
+    }
+
+    /// The UV sets that textures below this object are on.
+    pub(super) fn texture_sets(&self) -> BTreeSet<u32> {
+        fn add(map: &Map<String, Value>, sets: &mut BTreeSet<u32>) {
+            for (key, value) in map {
+                let Some(inner) = value.as_object() else { continue };
+                if inner.contains_key("index") {
+                    let transform = inner.get("extensions").and_then(|all| all.get("KHR_texture_transform"));
+                    let of_transform = transform.and_then(|transform| transform.get("texCoord"));
+                    let set = of_transform.or(inner.get("texCoord")).and_then(integer);
+                    let set = set.unwrap_or(usize::from(key == "MOZ_lightmap"));
+                    sets.extend(u32::try_from(set));
+                }
+                add(inner, sets);
+            }
+        }
+        let mut sets = BTreeSet::new();
+        add(self.map, &mut sets);
+        sets
     }
 
     pub(super) fn strings(&self, key: &str) -> Result<Vec<&'a str>, LoadError> {

@@ -19,7 +19,10 @@ fn read(
     (length, what): (usize, &str),
 ) -> Result<Option<Levels<usize>>, LoadError> {
     let Some(extension) = json.extension(NAME)? else { return Ok(None) };
-    let mut coarser = extension.indices("ids", length, what)?;
+    let mut coarser = extension.indices("ids", length, what).unwrap_or_else(|error| {
+        document.warn(&extension.at("ids"), &error.into_message());
+        Vec::new()
+    });
     if coarser.len() > LEVELS_MAX {
         document.warn(&extension.at("ids"), &format!("only the first {LEVELS_MAX} coarser levels are read"));
         coarser.truncate(LEVELS_MAX);

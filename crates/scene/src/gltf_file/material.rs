@@ -3,6 +3,7 @@
 mod layers;
 
 use super::container::{Resolve, decoded_uri, fetch};
+use super::faults::{List, index_or_none};
 use super::{Document, LoadError, json::Json};
 use crate::{
     AlphaMode, Image, ImageSource, Material, ON_ITS_WAY, PixelFormat, Pixels, Sampler, ShadingModel, Texture,
@@ -45,7 +46,7 @@ pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Res
         let uri = json.string("uri")?;
         let view = json.index("bufferView", document.views.len(), "bufferView")?;
         json.string("mimeType")?;
-        let mut name = json.name()?;
+        let mut name = json.name();
         if let Some(uri) = uri
             && name.is_empty()
             && !uri.starts_with("data:")
@@ -79,6 +80,9 @@ pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Res
                 ));
             }
             texel_bytes += image_bytes;
+            if let Some(warning) = image.size_warning() {
+                document.warn(&json.pointer, &warning);
+            }
             Ok(image.source)
         });
         if let Err(message) = &source {
@@ -90,48 +94,55 @@ pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Res
     Ok(images)
 }
 
-fn wrap(json: &Json, key: &str) -> Result<Wrap, LoadError> {
-    match json.integer(key)? {
-        None | Some(10497) => Ok(Wrap::Repeat),
-        Some(33648) => Ok(Wrap::MirroredRepeat),
-        Some(33071) => Ok(Wrap::ClampToEdge),
-        Some(other) => Err(json.error(key, format!("expected 33071, 33648 or 10497, found {other}"))),
+/// What a sampler says by one of these numbers, or the default with a warning.
+fn chosen<T: Copy>(document: &mut Document, json: &Json, key: &str, choices: &[(usize, T)], default: T) -> T {
+    if !json.has(key) {
+        return default;
     }
+    let found = json.integer(key).ok().flatten();
+    let choice = found.and_then(|found| choices.iter().find(|(number, _)| *number == found));
+    choice.map_or_else(
+        || {
+            let expected: Vec<String> = choices.iter().map(|(number, _)| number.to_string()).collect();
+            let found = found.map_or("something else".into(), |found| found.to_string());
+            let message = format!("expected {}, found {found}; the default is used", expected.join(", "));
+            document.warn(&json.at(key), &message);
+            default
+        },
+        |(_, value)| *value,
+    )
 }
 
-fn read_sampler(json: &Json) -> Result<Sampler, LoadError> {
-    let (min_linear, mip_linear) = match json.integer("minFilter")? {
-        Some(9728) => (false, None),
-        Some(9729) => (true, None),
-        Some(9984) => (false, Some(false)),
-        Some(9985) => (true, Some(false)),
-        Some(9986) => (false, Some(true)),
-        None | Some(9987) => (true, Some(true)),
-        Some(other) => {
-            return Err(json.error("minFilter", format!("expected 9728, 9729 or 9984 to 9987, found {other}")));
-        }
-    };
-    let mag_linear = match json.integer("magFilter")? {
-        Some(9728) => false,
-        None | Some(9729) => true,
-        Some(other) => return Err(json.error("magFilter", format!("expected 9728 or 9729, found {other}"))),
-    };
-    Ok(Sampler { wrap_u: wrap(json, "wrapS")?, wrap_v: wrap(json, "wrapT")?, mag_linear, min_linear, mip_linear })
+fn read_sampler(document: &mut Document, json: &Json) -> Sampler {
+    let minification = [
+        (9728, (false, None)),
+        (9729, (true, None)),
+        (9984, (false, Some(false))),
+        (9985, (true, Some(false))),
+        (9986, (false, Some(true))),
+        (9987, (true, Some(true))),
+    ];
+    let wraps = [(33071, Wrap::ClampToEdge), (33648, Wrap::MirroredRepeat), (10497, Wrap::Repeat)];
+    let (min_linear, mip_linear) = chosen(document, json, "minFilter", &minification, (true, Some(true)));
+    let mag_linear = chosen(document, json, "magFilter", &[(9728, false), (9729, true)], true);
+    let [wrap_u, wrap_v] = ["wrapS", "wrapT"].map(|key| chosen(document, json, key, &wraps, Wrap::Repeat));
+    Sampler { wrap_u, wrap_v, mag_linear, min_linear, mip_linear }
 }
 
 /// Every texture. One without an image that is supported gets a white one, and materials do without it.
 pub(super) fn read_textures(document: &mut Document, images: &mut Images) -> Result<Vec<Texture>, LoadError> {
-    let samplers = document.root.objects("samplers")?.iter().map(read_sampler).collect::<Result<Vec<_>, _>>()?;
+    let samplers = document.root.objects("samplers")?;
+    let samplers: Vec<Sampler> = samplers.iter().map(|json| read_sampler(document, json)).collect();
     let (image_count, mut textures) = (images.images.len(), Vec::new());
     for json in document.root.objects("textures")? {
-        let sampler = json.index("sampler", samplers.len(), "sampler")?;
+        let sampler = index_or_none(document, &json, "sampler", samplers.len(), "sampler");
         let mut sources = Vec::new();
         for name in ["KHR_texture_basisu", "EXT_texture_webp", "MOZ_texture_rgbe", "MANYPASS_texture_exr"] {
             if let Some(extension) = json.extension(name)? {
-                sources.extend(extension.index("source", image_count, "image")?);
+                sources.extend(index_or_none(document, &extension, "source", image_count, "image"));
             }
         }
-        sources.extend(json.index("source", image_count, "image")?);
+        sources.extend(index_or_none(document, &json, "source", image_count, "image"));
         // The plain image stands in for one that could not be read.
         let is_there = |image: &&usize| images.is_there.get(**image).copied().unwrap_or(false);
         let image = sources.iter().find(is_there).or(sources.first()).copied();
@@ -150,6 +161,8 @@ pub(super) fn read_textures(document: &mut Document, images: &mut Images) -> Res
 struct Slots<'d, 'a> {
     document: &'d mut Document<'a>,
     has_image: Vec<bool>,
+    /// The UV sets of the file that vertices have for the material that is read.
+    uv_sets: [u32; 2],
     /// Whether the layers of the material that is read may be animated: then those count that have no weight yet.
     is_animated: bool,
 }
@@ -175,6 +188,11 @@ impl Slots<'_, '_> {
         counts || self.is_animated
     }
 
+    /// The UV set of the file that is one of vertices.
+    fn uv_set_of(&self, slot: u32) -> usize {
+        self.uv_sets.get(slot as usize).map_or(0, |set| *set as usize)
+    }
+
     fn read(&mut self, json: &Json, key: &str) -> Result<Option<TextureRef>, LoadError> {
         let Some(info) = json.object(key)? else { return Ok(None) };
         self.read_info(&info, 0)
@@ -194,10 +212,13 @@ impl Slots<'_, '_> {
                 scale: Vec2::from(extension.numbers("scale")?.unwrap_or([1.0; 2])),
             };
         }
-        if uv_set > 1 {
-            self.document.warn(&info.at("texCoord"), "only UV sets 0 and 1 are supported; set 0 is used");
-            uv_set = 0;
+        let slot = self.uv_sets.iter().position(|set| *set as usize == uv_set);
+        if slot.is_none() {
+            let [first, second] = self.uv_sets;
+            let message = format!("a material has two UV sets, here {first} and {second}; set {first} is used");
+            self.document.warn(&info.at("texCoord"), &message);
         }
+        let uv_set = slot.unwrap_or(0);
         let has_image = self.has_image.get(texture).copied().unwrap_or(false);
         Ok(has_image.then_some(TextureRef { texture, uv_set: uv_set as u32, transform }))
     }
@@ -213,17 +234,57 @@ pub(super) fn read_materials(
     let is_there = |texture: &Texture| images.is_there.get(texture.image).copied().unwrap_or(false);
     let has_image = textures.iter().map(is_there).collect();
     let materials = document.root.objects("materials")?;
+    let kept = kept_materials(document, &materials)?;
     let animated = animated_materials(document)?;
-    let mut slots = Slots { document, has_image, is_animated: false };
-    let read = |(index, json)| {
+    let mut slots = Slots { document, has_image, is_animated: false, uv_sets: [0, 1] };
+    let mut all = Vec::with_capacity(kept);
+    for (index, json) in materials.iter().enumerate().take(kept) {
         slots.is_animated = animated.contains(&index);
-        read_material(json, &mut slots)
-    };
-    materials.iter().enumerate().map(read).collect()
+        slots.uv_sets = uv_sets(json);
+        let read = read_material(json, &mut slots);
+        all.push(slots.document.faults.or(List::Materials, index, read, Material::default()));
+        slots.document.uv_sets.push(slots.uv_sets);
+    }
+    Ok(all)
+}
+
+/// So many materials are kept, whether anything uses them or not.
+const KEPT_MATERIALS: usize = 4096;
+
+/// How many materials are read: those behind the last one that something uses cost nothing if there are many.
+fn kept_materials(document: &mut Document, materials: &[Json]) -> Result<usize, LoadError> {
+    if materials.len() <= KEPT_MATERIALS {
+        return Ok(materials.len());
+    }
+    let mut used = BTreeSet::new();
+    let number = |json: &Json, key: &str| json.integer(key).ok().flatten();
+    for mesh in document.root.objects("meshes")? {
+        for primitive in mesh.objects("primitives").unwrap_or_default() {
+            used.extend(number(&primitive, "material"));
+            let variants = primitive.extension("KHR_materials_variants").ok().flatten();
+            let mappings = variants.and_then(|variants| variants.objects("mappings").ok()).unwrap_or_default();
+            used.extend(mappings.iter().filter_map(|mapping| number(mapping, "material")));
+        }
+    }
+    let levels = materials.iter().filter_map(|json| json.extension("MSFT_lod").ok().flatten());
+    used.extend(levels.flat_map(|levels| levels.indices("ids", materials.len(), "material").unwrap_or_default()));
+    let kept = used.last().map_or(0, |last| last + 1).clamp(KEPT_MATERIALS, materials.len());
+    let unused = materials.len() - kept;
+    if unused > 0 {
+        document.warn("/materials", &format!("{unused} materials at the end are used by nothing; they are left out"));
+    }
+    Ok(kept)
+}
+
+/// The two UV sets that the textures of a material are on; those of the file's first two that it needs keep their place.
+fn uv_sets(material: &Json) -> [u32; 2] {
+    let named = material.texture_sets();
+    let mut others = named.iter().copied().filter(|set| *set > 1);
+    [0, 1].map(|slot| if named.contains(&slot) { slot } else { others.next().unwrap_or(slot) })
 }
 
 fn read_material(json: &Json, slots: &mut Slots) -> Result<Material, LoadError> {
-    let mut material = Material { name: json.name()?, ..Material::default() };
+    let mut material = Material { name: json.name(), ..Material::default() };
     if let Some(pbr) = json.object("pbrMetallicRoughness")? {
         let document = &mut *slots.document;
         material.base_color_factor = Vec4::from(document.clamped(&pbr, "baseColorFactor", [1.0; 4], 1.0)?);
@@ -261,7 +322,11 @@ fn read_material(json: &Json, slots: &mut Slots) -> Result<Material, LoadError> 
         "OPAQUE" => AlphaMode::Opaque,
         "MASK" => AlphaMode::Mask { cutoff },
         "BLEND" => AlphaMode::Blend,
-        other => return Err(json.error("alphaMode", format!("expected OPAQUE, MASK or BLEND, found {other}"))),
+        other => {
+            let message = format!("expected OPAQUE, MASK or BLEND, found {other}; OPAQUE is used");
+            slots.document.warn(&json.at("alphaMode"), &message);
+            AlphaMode::Opaque
+        }
     };
     material.double_sided = json.bool("doubleSided", false)?;
     material.casts_shadow = !json.denies("castShadow");

@@ -1,6 +1,7 @@
 //! Meshes and their primitives.
 
 use super::accessor::{Component, to_f32, to_u32};
+use super::faults::List;
 use super::{Document, LoadError, draco, geometry, json::Json};
 use crate::{Material, Mesh, MorphTarget, Primitive, Topology};
 use glam::{Vec3, Vec4};
@@ -9,28 +10,34 @@ use std::sync::Arc;
 /// Every mesh.
 pub(super) fn read_meshes(document: &mut Document, materials: &[Material]) -> Result<Vec<Arc<Mesh>>, LoadError> {
     let mut meshes = Vec::new();
-    for json in document.root.objects("meshes")? {
-        let mut mesh = Mesh {
-            name: json.name()?,
-            primitives: Vec::new(),
-            default_morph_weights: json.number_list("weights")?.unwrap_or_default(),
-        };
-        for primitive in json.objects("primitives")? {
-            mesh.primitives.push(read_primitive(document, &primitive, materials)?);
-            // What another primitive packs into the same accessors is not this.
-            document.unpacked.clear();
-        }
-        let target_count = mesh.primitives.first().map_or(0, |primitive| primitive.morph_targets.len());
-        if mesh.primitives.iter().any(|primitive| primitive.morph_targets.len() != target_count) {
-            return Err(json.error("primitives", "expected the same number of morph targets in every primitive"));
-        }
-        if !mesh.default_morph_weights.is_empty() && mesh.default_morph_weights.len() != target_count {
-            return Err(json.error("weights", format!("expected {target_count} weights, one a morph target")));
-        }
-        mesh.default_morph_weights.resize(target_count, 0.0);
-        meshes.push(Arc::new(mesh));
+    for (index, json) in document.root.objects("meshes")?.iter().enumerate() {
+        let read = read_mesh(document, json, materials);
+        // What another primitive packs into the same accessors is not this.
+        document.unpacked.clear();
+        meshes.push(Arc::new(document.faults.or(List::Meshes, index, read, Mesh::default())));
     }
     Ok(meshes)
+}
+
+fn read_mesh(document: &mut Document, json: &Json, materials: &[Material]) -> Result<Mesh, LoadError> {
+    let mut mesh = Mesh {
+        name: json.name(),
+        primitives: Vec::new(),
+        default_morph_weights: json.number_list("weights")?.unwrap_or_default(),
+    };
+    for primitive in json.objects("primitives")? {
+        mesh.primitives.push(read_primitive(document, &primitive, materials)?);
+        document.unpacked.clear();
+    }
+    let target_count = mesh.primitives.first().map_or(0, |primitive| primitive.morph_targets.len());
+    if mesh.primitives.iter().any(|primitive| primitive.morph_targets.len() != target_count) {
+        return Err(json.error("primitives", "expected the same number of morph targets in every primitive"));
+    }
+    if !mesh.default_morph_weights.is_empty() && mesh.default_morph_weights.len() != target_count {
+        return Err(json.error("weights", format!("expected {target_count} weights, one a morph target")));
+    }
+    mesh.default_morph_weights.resize(target_count, 0.0);
+    Ok(mesh)
 }
 
 fn read_primitive(document: &mut Document, json: &Json, materials: &[Material]) -> Result<Primitive, LoadError> {
@@ -117,11 +124,29 @@ fn read_variants(document: &Document, json: &Json, material_count: usize) -> Res
     Ok(materials)
 }
 
+/// The sets of attributes that are read of every primitive.
+const READ_SETS: [&str; 7] = ["JOINTS_0", "JOINTS_1", "WEIGHTS_0", "WEIGHTS_1", "COLOR_0", "TEXCOORD_0", "TEXCOORD_1"];
+
+/// The names of the UV sets that the material of a primitive is on.
+fn uv_keys(document: &mut Document, primitive: &Primitive) -> [String; 2] {
+    let of_material = |material: usize| document.uv_sets.get(material).copied().unwrap_or([0, 1]);
+    let sets = primitive.material.map_or([0, 1], of_material);
+    let others = primitive.variant_materials.iter().map(|(_, material)| of_material(*material));
+    if others.into_iter().any(|others| others != sets) {
+        document
+            .warn("/meshes", "variants of a primitive are on other UV sets than its own material; that one's are read");
+    }
+    sets.map(|set| format!("TEXCOORD_{set}"))
+}
+
 fn read_attributes(document: &mut Document, json: &Json, primitive: &mut Primitive) -> Result<(), LoadError> {
+    let [uv0, uv1] = uv_keys(document, primitive);
     for key in json.keys() {
         json.index(key, document.accessors.len(), "accessor")?;
-        if ["JOINTS_2", "WEIGHTS_2", "TEXCOORD_2", "COLOR_1"].contains(&key) {
-            document.warn(&json.at(key), "not supported; the attribute is passed over");
+        let is_set = ["JOINTS_", "WEIGHTS_", "TEXCOORD_", "COLOR_"].iter().any(|start| key.starts_with(start));
+        let is_read = READ_SETS.contains(&key) || key == uv0 || key == uv1;
+        if is_set && !is_read {
+            document.warn(&json.at(key), "not read; the attribute is passed over");
         }
     }
     let Some(position) = json.integer("POSITION")? else { return Ok(()) };
@@ -143,8 +168,8 @@ fn read_attributes(document: &mut Document, json: &Json, primitive: &mut Primiti
         let unit = Vec3::new(x, y, z).try_normalize().unwrap_or(Vec3::X);
         *tangent = unit.extend(if w < 0.0 { -1.0 } else { 1.0 }).to_array();
     }
-    primitive.uv0 = read_floats(document, json, "TEXCOORD_0", count)?;
-    primitive.uv1 = read_floats(document, json, "TEXCOORD_1", count)?;
+    primitive.uv0 = read_floats(document, json, &uv0, count)?;
+    primitive.uv1 = read_floats(document, json, &uv1, count)?;
     primitive.colors = read_colors(document, json, count)?;
     read_joints(document, json, primitive, count)
 }

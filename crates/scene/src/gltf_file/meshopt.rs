@@ -140,6 +140,9 @@ pub(super) fn unpack_views(document: &mut Document, resolve: &mut Resolve) -> Re
     let buffers = document.root.objects("buffers")?;
     for (index, json) in document.root.objects("bufferViews")?.iter().enumerate() {
         let Some(extension) = extension(json)? else {
+            if document.check_view(index).is_err() {
+                continue;
+            }
             fetch_fallback(document, &buffers, index, resolve)?;
             continue;
         };

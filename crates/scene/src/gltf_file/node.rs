@@ -1,15 +1,29 @@
 //! Nodes, cameras, lights and skins.
 
 use super::accessor::{Component, to_f32};
+use super::faults::{List, index_or_none};
 use super::{Document, LoadError, json::Json};
 use crate::light::{CONE_MIN_RAD, RANGE_MIN_M};
 use crate::{Camera, Light, LightKind, LightMode, Node, NodeId, Projection, Scene, SceneRoots, Skin};
 use glam::{Mat4, Quat, Vec3};
 use std::collections::BTreeSet;
 
-/// Every camera.
-pub(super) fn read_cameras(document: &Document) -> Result<Vec<Camera>, LoadError> {
-    document.root.objects("cameras")?.iter().map(read_camera).collect()
+/// What stands in for a camera that is broken: 45° high.
+const DEFAULT_LENS: Projection =
+    Projection::Perspective { fov_y_rad: std::f32::consts::FRAC_PI_4, near_m: 0.01, far_m: None };
+
+/// Every camera. One that is broken has another lens: pictures by other cameras do not need it.
+pub(super) fn read_cameras(document: &mut Document) -> Result<Vec<Camera>, LoadError> {
+    let cameras = document.root.objects("cameras")?;
+    let read = |json: &Json| {
+        read_camera(json).unwrap_or_else(|error| {
+            let pointer = error.pointer().to_owned();
+            let message = format!("{}; a perspective lens of 45 degrees is used", error.into_message());
+            document.warn(&pointer, &message);
+            Camera { name: json.name(), projection: DEFAULT_LENS }
+        })
+    };
+    Ok(cameras.iter().map(read).collect())
 }
 
 fn read_camera(json: &Json) -> Result<Camera, LoadError> {
@@ -40,33 +54,38 @@ fn read_camera(json: &Json) -> Result<Camera, LoadError> {
         }
         other => return Err(json.error("type", format!("expected perspective or orthographic, found {other}"))),
     };
-    Ok(Camera { name: json.name()?, projection })
+    Ok(Camera { name: json.name(), projection })
 }
 
 /// Every light of `KHR_lights_punctual`; one of an unknown kind shines with intensity 0.
 pub(super) fn read_lights(document: &mut Document) -> Result<Vec<Light>, LoadError> {
     let Some(extension) = document.root.extension("KHR_lights_punctual")? else { return Ok(Vec::new()) };
     let mut lights = Vec::new();
-    for json in extension.objects("lights")? {
-        let mut intensity = document.clamped_number(&json, "intensity", 1.0, f32::MAX)?;
-        let kind = match json.string("type")?.unwrap_or("nothing") {
-            "directional" => LightKind::Directional,
-            "point" => LightKind::Point,
-            "spot" => read_cone(document, &json.require_object("spot")?)?,
-            other => {
-                document.warn(&json.at("type"), &format!("the kind of light {other} is not known; it gives no light"));
-                intensity = 0.0;
-                LightKind::Point
-            }
-        };
-        let range_m = read_range(document, &json)?;
-        let color_linear = Vec3::from(document.clamped(&json, "color", [1.0; 3], f32::MAX)?);
-        let mode = json.extra("mode").and_then(LightMode::named).unwrap_or_default();
-        let radius_m = json.extra_number("radius").unwrap_or(0.0).max(0.0);
-        let (name, casts_shadows) = (json.name()?, !json.denies("castShadow"));
-        lights.push(Light { name, color_linear, intensity, range_m, kind, radius_m, casts_shadows, mode });
+    for (index, json) in extension.objects("lights")?.iter().enumerate() {
+        let read = read_light(document, json);
+        lights.push(document.faults.or(List::Lights, index, read, Light::default()));
     }
     Ok(lights)
+}
+
+fn read_light(document: &mut Document, json: &Json) -> Result<Light, LoadError> {
+    let mut intensity = document.clamped_number(json, "intensity", 1.0, f32::MAX)?;
+    let kind = match json.string("type")?.unwrap_or("nothing") {
+        "directional" => LightKind::Directional,
+        "point" => LightKind::Point,
+        "spot" => read_cone(document, &json.require_object("spot")?)?,
+        other => {
+            document.warn(&json.at("type"), &format!("the kind of light {other} is not known; it gives no light"));
+            intensity = 0.0;
+            LightKind::Point
+        }
+    };
+    let range_m = read_range(document, json)?;
+    let color_linear = Vec3::from(document.clamped(json, "color", [1.0; 3], f32::MAX)?);
+    let mode = json.extra("mode").and_then(LightMode::named).unwrap_or_default();
+    let radius_m = json.extra_number("radius").unwrap_or(0.0).max(0.0);
+    let (name, casts_shadows) = (json.name(), !json.denies("castShadow"));
+    Ok(Light { name, color_linear, intensity, range_m, kind, radius_m, casts_shadows, mode })
 }
 
 /// The range of a light; the square of what is shorter is nothing in 32 bits.
@@ -102,11 +121,16 @@ fn read_cone(document: &mut Document, spot: &Json) -> Result<LightKind, LoadErro
 pub(super) fn read_nodes(document: &mut Document, scene: &mut Scene) -> Result<(), LoadError> {
     let nodes = document.root.objects("nodes")?;
     let skin_count = document.root.objects("skins")?.len();
-    for json in &nodes {
-        let node = read_node(json, scene, nodes.len(), skin_count)?;
-        scene.nodes.push(node);
+    for (index, json) in nodes.iter().enumerate() {
+        let camera = index_or_none(document, json, "camera", scene.cameras.len(), "camera");
+        let read = read_node(json, scene, nodes.len(), skin_count).map(|node| Node { camera, ..node });
+        scene.nodes.push(document.faults.or(List::Nodes, index, read, Node::default()));
     }
     for (i, json) in nodes.iter().enumerate() {
+        // One that is broken has none.
+        if document.faults.check(List::Nodes, i).is_err() {
+            continue;
+        }
         for child in json.indices("children", nodes.len(), "node")? {
             let node = scene.nodes.get_mut(child);
             if node.and_then(|node| node.parent.replace(NodeId(i as u32))).is_some() {
@@ -133,7 +157,7 @@ pub(super) fn read_nodes(document: &mut Document, scene: &mut Scene) -> Result<(
             }
             roots => roots?,
         };
-        scene.scenes.push(SceneRoots { name: json.name().unwrap_or_default(), roots });
+        scene.scenes.push(SceneRoots { name: json.name(), roots });
     }
     if let Some(shown_scene) = scene.scenes.get(shown) {
         (scene.roots, scene.shown_scene) = (shown_scene.roots.clone(), Some(shown));
@@ -175,13 +199,12 @@ fn read_node(json: &Json, scene: &Scene, node_count: usize, skin_count: usize) -
     let children = json.indices("children", node_count, "node")?;
     let mut node = Node {
         casts_shadow: !json.denies("castShadow"),
-        name: json.name()?,
+        name: json.name(),
         children: children.into_iter().map(|child| NodeId(child as u32)).collect(),
         translation: Vec3::from(json.numbers("translation")?.unwrap_or([0.0; 3])),
         scale: Vec3::from(json.numbers("scale")?.unwrap_or([1.0; 3])),
         mesh: json.index("mesh", scene.meshes.len(), "mesh")?,
         skin: json.index("skin", skin_count, "skin")?,
-        camera: json.index("camera", scene.cameras.len(), "camera")?,
         morph_weights: json.number_list("weights")?.unwrap_or_default(),
         ..Node::default()
     };
@@ -215,6 +238,7 @@ fn read_node(json: &Json, scene: &Scene, node_count: usize, skin_count: usize) -
     }
     if let Some(mesh) = node.mesh.and_then(|mesh| scene.meshes.get(mesh))
         && !node.morph_weights.is_empty()
+        && !mesh.primitives.is_empty()
         && node.morph_weights.len() != mesh.default_morph_weights.len()
     {
         return Err(json.error("weights", format!("expected {} weights", mesh.default_morph_weights.len())));
@@ -224,29 +248,40 @@ fn read_node(json: &Json, scene: &Scene, node_count: usize, skin_count: usize) -
 
 /// Every skin; the joints that meshes use exist in it.
 pub(super) fn read_skins(document: &mut Document, scene: &mut Scene) -> Result<(), LoadError> {
-    for json in document.root.objects("skins")? {
-        let joints = json.indices("joints", scene.nodes.len(), "node")?;
-        if joints.is_empty() {
-            return Err(json.error("joints", "expected at least 1 joint"));
-        }
-        let mut inverse_bind_matrices = vec![Mat4::IDENTITY; joints.len()];
-        if let Some(index) = json.index("inverseBindMatrices", document.accessors.len(), "accessor")? {
-            let pointer = json.at("inverseBindMatrices");
-            let header = document.accessor_header(index, &pointer)?;
-            if header.component != Component::F32 || header.count < joints.len() {
-                return Err(json.error("inverseBindMatrices", "expected a MAT4 of floats for every joint"));
-            }
-            let matrices = document.read::<f32, 16>(index, &pointer, to_f32)?;
-            for (slot, columns) in inverse_bind_matrices.iter_mut().zip(matrices) {
-                *slot = Mat4::from_cols_array(&columns);
-                if !slot.is_finite() {
-                    return Err(json.error("inverseBindMatrices", "expected finite numbers"));
-                }
-            }
-        }
-        let joints = joints.into_iter().map(|joint| NodeId(joint as u32)).collect();
-        scene.skins.push(Skin { joints, inverse_bind_matrices });
+    for (index, json) in document.root.objects("skins")?.iter().enumerate() {
+        let read = read_skin(document, json, scene);
+        scene.skins.push(document.faults.or(List::Skins, index, read, Skin::default()));
     }
+    check_joints(document, scene);
+    Ok(())
+}
+
+fn read_skin(document: &mut Document, json: &Json, scene: &Scene) -> Result<Skin, LoadError> {
+    let joints = json.indices("joints", scene.nodes.len(), "node")?;
+    if joints.is_empty() {
+        return Err(json.error("joints", "expected at least 1 joint"));
+    }
+    let mut inverse_bind_matrices = vec![Mat4::IDENTITY; joints.len()];
+    if let Some(index) = json.index("inverseBindMatrices", document.accessors.len(), "accessor")? {
+        let pointer = json.at("inverseBindMatrices");
+        let header = document.accessor_header(index, &pointer)?;
+        if header.component != Component::F32 || header.count < joints.len() {
+            return Err(json.error("inverseBindMatrices", "expected a MAT4 of floats for every joint"));
+        }
+        let matrices = document.read::<f32, 16>(index, &pointer, to_f32)?;
+        for (slot, columns) in inverse_bind_matrices.iter_mut().zip(matrices) {
+            *slot = Mat4::from_cols_array(&columns);
+            if !slot.is_finite() {
+                return Err(json.error("inverseBindMatrices", "expected finite numbers"));
+            }
+        }
+    }
+    let joints = joints.into_iter().map(|joint| NodeId(joint as u32)).collect();
+    Ok(Skin { joints, inverse_bind_matrices })
+}
+
+/// Nodes whose mesh names joints that their skin does not have are broken.
+fn check_joints(document: &mut Document, scene: &mut Scene) {
     let last_joints: Vec<u16> = scene
         .meshes
         .iter()
@@ -254,14 +289,16 @@ pub(super) fn read_skins(document: &mut Document, scene: &mut Scene) -> Result<(
             mesh.primitives.iter().flat_map(|primitive| primitive.joints.iter().flatten()).copied().max().unwrap_or(0)
         })
         .collect();
-    for (i, node) in scene.nodes.iter().enumerate() {
+    for (i, node) in scene.nodes.iter_mut().enumerate() {
         let skin = node.skin.and_then(|skin| scene.skins.get(skin));
         if let (Some(skin), Some(&last)) = (skin, node.mesh.and_then(|mesh| last_joints.get(mesh)))
+            && !skin.joints.is_empty()
             && usize::from(last) >= skin.joints.len()
         {
             let message = format!("the mesh uses joint {last}, but the skin has {}", skin.joints.len());
-            return Err(LoadError::invalid(&format!("/nodes/{i}/skin"), message));
+            let error = LoadError::invalid(&format!("/nodes/{i}/skin"), message);
+            document.faults.or(List::Nodes, i, Err(error), ());
+            node.skin = None;
         }
     }
-    Ok(())
 }

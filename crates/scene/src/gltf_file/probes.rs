@@ -51,7 +51,7 @@ fn read_grid(document: &mut Document, json: &Json) -> Result<ProbeGrid, LoadErro
     let region = Region { center_world: vector("center")?, half_m: 0.5 * vector("size")? };
     let counts = vector("counts")?.to_array().map(|count| if count >= 1.0 { count.min(1e6) as u32 } else { 0 });
     let mut grid =
-        ProbeGrid::new(json.name()?, region, counts).map_err(|error| json.error("counts", error.to_string()))?;
+        ProbeGrid::new(json.name(), region, counts).map_err(|error| json.error("counts", error.to_string()))?;
     grid.fade_m = json.number_in("fade", 0.0, 0.0, f32::MAX)?;
     let word = json.string("basis")?.unwrap_or("harmonics");
     grid.basis = ProbeBasis::named(word)

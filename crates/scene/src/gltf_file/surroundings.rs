@@ -38,7 +38,7 @@ fn region(json: &Json, [center, size]: [&str; 2]) -> Result<Region, LoadError> {
 fn read_place(document: &mut Document, json: &Json) -> Result<Surroundings, LoadError> {
     let own = region(json, ["center", "size"])?;
     let walls = json.has("wallsSize").then(|| region(json, ["wallsCenter", "wallsSize"])).transpose()?;
-    let name = json.name()?;
+    let name = json.name();
     let (bytes, _) = document.view_bytes(json.require_integer("picture")?, &json.at("picture"))?;
     let picture = EnvironmentMap::decode(&name, bytes).map_err(|error| json.error("picture", error.message))?;
     document.spend(8 * picture.texels.len() as u64, &json.pointer)?;

@@ -76,7 +76,10 @@ impl Parts {
             .map_err(|error| LoadError::invalid("", format!("not a glTF file: its JSON does not parse: {error}")))?;
         let root = Json::root(&value)?;
         check_version(&root)?;
-        let buffers = container::read_buffers(&root, binary, bytes.starts_with(GLB_MAGIC), resolve)?;
+        let mut faults = super::faults::Faults::default();
+        let buffers = container::read_buffers(&root, binary, bytes.starts_with(GLB_MAGIC), resolve, &mut faults)?;
+        // What is written anew is whole.
+        faults.into_result()?;
         let mut parts = Self { json: Value::Null, binary: Vec::new() };
         // Where the bytes of a buffer lie now; those without any stay buffers of their own.
         let mut places: BTreeMap<u64, (u64, u64)> = BTreeMap::new();

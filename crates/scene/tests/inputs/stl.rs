@@ -59,7 +59,7 @@ fn what_is_wrong_is_said_with_its_place() {
     assert!(text("vertex 1 0 0", "vertex 1 nan 0").contains("line 5: expected a finite number, found \"nan\""));
     assert!(text("vertex 1 0 0", "vertex 1 0").contains("line 5: expected 3 numbers"));
     assert!(text("   vertex 1 0 0\n", "").contains("line 7: a facet ends that does not have three vertices"));
-    assert!(text("endsolid my part\r\nSOLID other\nendsolid", "").contains("is it cut off?"));
+    assert!(text(" endfacet\nendsolid my part\r\nSOLID other\nendsolid", "").contains("is it cut off?"));
     assert!(text("outer", "outre").contains("line 3: \"outre\" is no word of STL"));
     let trailing = [&whole[..], b"more"].concat();
     assert!(load("a.stl", &trailing).unwrap().warnings[0].contains("byte 184"));

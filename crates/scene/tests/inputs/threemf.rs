@@ -109,7 +109,7 @@ fn what_is_wrong_is_said_with_its_place() {
     let bomb = model()
         .replace("</resources>", &format!("{doubled}</resources>"))
         .replace("item objectid=\"2\"", "item objectid=\"39\"");
-    assert!(refusal("a.3mf", &packed(&bomb)).contains("more than 100000 objects"));
+    assert!(refusal("a.3mf", &packed(&bomb)).contains("objects, and 20000 are possible"));
     let whole = packed(&model());
     assert!(refusal("a.3mf", &whole[..whole.len() / 2]).contains("not a 3MF file"));
     assert!(refusal("a.3mf", b"").contains("not a 3MF file"));
@@ -140,4 +140,59 @@ proptest! {
         let parts = [("3D/3dmodel.model", &bytes[..])];
         survives("a.3mf", &archive(&parts, CompressionMethod::Stored), &[], cut);
     }
+}
+
+#[test]
+fn textures_are_on_corners_by_coordinates_whose_v_points_up() {
+    let mut png = Cursor::new(Vec::new());
+    image::RgbImage::from_pixel(1, 1, image::Rgb([200, 10, 10])).write_to(&mut png, image::ImageFormat::Png).unwrap();
+    let textures = r#"<m:texture2d id="7" path="/3D/Textures/a.png" contenttype="image/png" tilestyleu="clamp"/>
+        <m:texture2dgroup id="8" texid="7"><m:tex2coord u="0" v="0"/><m:tex2coord u="1" v="0.25"/><m:tex2coord u="0" v="1"/></m:texture2dgroup>"#;
+    let model = model()
+        .replace("<object id=\"1\"", &format!("{textures}<object id=\"1\""))
+        .replace("v2=\"1\" v3=\"2\"/>", "v2=\"1\" v3=\"2\" pid=\"8\" p1=\"0\" p2=\"1\" p3=\"2\"/>");
+    let packed = |files: &[(&str, &[u8])]| {
+        let parts =
+            [&[("_rels/.rels", RELATIONSHIPS.as_bytes()), ("3D/part.model", model.as_bytes())][..], files].concat();
+        load("a.3mf", &archive(&parts, CompressionMethod::Deflated)).unwrap()
+    };
+    let loaded = packed(&[("3D/Textures/a.png", png.get_ref())]);
+    check(&loaded);
+    assert_eq!(loaded.warnings, [""; 0]);
+    let found = primitives(&loaded)[0];
+    let texture = loaded.scene.materials[found.material.unwrap()].base_color_texture.unwrap();
+    assert_eq!(found.uv0, [[0.0, 1.0], [1.0, 0.75], [0.0, 0.0]]);
+    assert_eq!(loaded.scene.textures[texture.texture].sampler.wrap_u, manypass_scene::Wrap::ClampToEdge);
+    let gone = packed(&[]);
+    check(&gone);
+    assert!(gone.warnings.len() == 1 && gone.warnings[0].contains("3D/Textures/a.png"), "{:?}", gone.warnings);
+}
+
+#[test]
+fn what_is_shown_too_often_is_refused_before_it_is_made() {
+    let items = "<item objectid=\"1\"/>".repeat(20_001);
+    assert!(refusal("a.3mf", &packed(&model().replace("<item objectid=\"1\"/>", &items))).contains("20004 objects"));
+    let triangles = "<triangle v1=\"0\" v2=\"1\" v3=\"2\"/>".repeat(6000);
+    let many = model().replace("<triangles>", &format!("<triangles>{triangles}"));
+    let items = "<item objectid=\"1\"/>".repeat(19_000);
+    let said = refusal("a.3mf", &packed(&many.replace("<item objectid=\"1\"/>", &items)));
+    assert!(said.contains("triangles, and 100000000 are possible"), "{said}");
+}
+
+#[test]
+fn more_base_materials_than_can_be_drawn_are_colours_of_vertices() {
+    let bases: String = (0..3000).map(|i| format!("<base name=\"{i}\" displaycolor=\"#{i:06X}\"/>")).collect();
+    let triangles: String =
+        (0..3000).map(|i| format!("<triangle v1=\"0\" v2=\"1\" v3=\"2\" pid=\"9\" p1=\"{i}\"/>")).collect();
+    let model = model()
+        .replace("<object id=\"1\"", &format!("<basematerials id=\"9\">{bases}</basematerials><object id=\"1\""))
+        .replace("<triangles>", &format!("<triangles>{triangles}"));
+    let loaded = load("a.3mf", &packed(&model)).unwrap();
+    check(&loaded);
+    assert!(loaded.scene.materials.len() < 1005, "{}", loaded.scene.materials.len());
+    assert!(
+        loaded.warnings.iter().any(|warning| warning.contains("more than 1000 materials")),
+        "{:?}",
+        loaded.warnings
+    );
 }

@@ -2,7 +2,7 @@
 
 use crate::gltf_file::LoadError;
 use ply_rs_bw::parser::ParseError;
-use ply_rs_bw::ply::{ElementDef, Encoding, PropertyType};
+use ply_rs_bw::ply::{ElementDef, PropertyType};
 use std::io::ErrorKind;
 
 /// So much of a line or a word of the file is shown.
@@ -43,40 +43,40 @@ pub(super) fn of_header(error: &ParseError, bytes: &[u8]) -> LoadError {
 
 const FORMATS: &str = "\"format ascii 1.0\", \"format binary_little_endian 1.0\" or \"format binary_big_endian 1.0\"";
 
-/// What is wrong with an element of the file `bytes` that begins at the byte `start`.
-pub(super) fn of_element(
-    error: &ParseError,
-    element: &ElementDef,
-    encoding: Encoding,
-    bytes: &[u8],
-    start: usize,
-) -> LoadError {
-    let (name, count) = (&element.name, element.count);
-    let line = error.line().filter(|_| encoding == Encoding::Ascii);
-    let place = line.map_or_else(|| format!("after byte {start}"), |line| format!("line {line}"));
+/// What is wrong with an element of a file of bytes that begins at the byte `start`.
+pub(super) fn of_element(error: &ParseError, element: &ElementDef, start: usize) -> LoadError {
     let said = error.to_string();
     let message = if error.kind() == ErrorKind::UnexpectedEof {
-        format!("the file ends early, is it cut off? The header counts {count} of the element \"{name}\"")
+        ends_early(element)
     } else if said.contains("unsupported by the destination") {
-        format!("an index of the element \"{name}\" is no list of whole numbers")
+        no_indices(element)
     } else if said.contains("negative") {
-        format!("a list of the element \"{name}\" has a length below 0")
-    } else if let Some(line) = line {
-        of_line(&line_of(bytes, line), element)
+        negative_length(element)
     } else {
-        format!("the element \"{name}\" cannot be read; expected {}", expected(element))
+        format!("the element \"{}\" cannot be read; expected {}", element.name, expected(element))
     };
-    LoadError::malformed(&place, message)
+    LoadError::malformed(&format!("after byte {start}"), message)
+}
+
+pub(super) fn ends_early(element: &ElementDef) -> String {
+    let (name, count) = (&element.name, element.count);
+    format!("the file ends early, is it cut off? The header counts {count} of the element \"{name}\"")
+}
+
+pub(super) fn no_indices(element: &ElementDef) -> String {
+    format!("an index of the element \"{}\" is no list of whole numbers", element.name)
+}
+
+pub(super) fn negative_length(element: &ElementDef) -> String {
+    format!("a list of the element \"{}\" has a length below 0", element.name)
 }
 
 /// What is wrong with the line of an element in a file of text.
-fn of_line(text: &str, element: &ElementDef) -> String {
-    let is_number = |word: &str| word.parse::<f64>().is_ok_and(f64::is_finite);
+pub(super) fn of_line(text: &str, element: &ElementDef) -> String {
     let expected = expected(element);
-    match text.split_whitespace().find(|word| !is_number(word)) {
+    match text.split_whitespace().find(|word| super::text::number(word.as_bytes()).is_none()) {
         Some(word) => format!("\"{}\" is no number; expected {expected}", shown(word)),
-        // The parser takes no number that begins or ends with its point.
-        None => format!("cannot read \"{text}\"; expected {expected}, with digits on both sides of a point"),
+        None => format!("cannot read \"{text}\"; expected {expected}"),
     }
 }
 
@@ -94,8 +94,12 @@ fn expected(element: &ElementDef) -> String {
 
 /// A line of the file, from 1, as much as is shown of it.
 fn line_of(bytes: &[u8], line: usize) -> String {
-    let found = bytes.split(|byte| *byte == b'\n').nth(line.saturating_sub(1)).unwrap_or_default();
-    let text = found.get(..4 * SHOWN_CHARACTERS).unwrap_or(found);
+    shown_line(bytes.split(|byte| *byte == b'\n').nth(line.saturating_sub(1)).unwrap_or_default())
+}
+
+/// What is shown of a line.
+pub(super) fn shown_line(line: &[u8]) -> String {
+    let text = line.get(..4 * SHOWN_CHARACTERS).unwrap_or(line);
     shown(String::from_utf8_lossy(text).trim())
 }
 
@@ -114,7 +118,7 @@ mod tests {
 
     /// What is said of a file with these lines, of which those after the header are bytes.
     fn said(lines: &str, bytes: &[u8]) -> String {
-        let error = load(&[lines.as_bytes(), bytes].concat()).err();
+        let error = load(&[lines.as_bytes(), bytes].concat(), &mut |_| Err(String::new())).err();
         error.map_or_else(String::new, |error| error.to_string())
     }
 
@@ -139,9 +143,9 @@ mod tests {
             (text.replace("element vertex 1\n", ""), &[], "line 3", "belongs to no element"),
             (text.replace("end_header\n", ""), &[], "", "expected a line \"end_header\""),
             (text.replace("end_header", "ende"), &[], "line 7", "element, property or end_header"),
-            (text.clone(), b"0 inf 0\n", "line 8", "\"inf\" is no number; expected x (float), y (float), z (float)"),
+            (text.clone(), b"0 one 0\n", "line 8", "\"one\" is no number; expected x (float), y (float), z (float)"),
             (text.clone(), b"0 1  \n     ", "line 8", "cannot read \"0 1\"; expected x (float)"),
-            (text.clone(), b"0 1 2.\n", "line 8", "digits on both sides of a point"),
+            (text.clone(), b"\n\n0 1..2\n", "line 10", "\"1..2\" is no number"),
             (of_floats, b"0 0 0\n3 0 0 0\n", "line 11", "\"face\" is no list of whole numbers"),
             (binary, &faces, "after byte", "The header counts 2 of the element \"face\""),
         ];

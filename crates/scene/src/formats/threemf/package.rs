@@ -43,6 +43,12 @@ impl<'a> Package<'a> {
 
     /// The text of a part.
     pub(super) fn read(&mut self, name: &str) -> Result<String, LoadError> {
+        String::from_utf8(self.read_bytes(name)?)
+            .map_err(|_| LoadError::malformed(&format!("part \"{name}\""), "is no text in UTF-8"))
+    }
+
+    /// The bytes of a part.
+    pub(super) fn read_bytes(&mut self, name: &str) -> Result<Vec<u8>, LoadError> {
         let wrong = |message: String| LoadError::malformed(&format!("part \"{name}\""), message);
         let file = self.archive.by_name(name).map_err(|error| wrong(error.to_string()))?;
         let mut bytes = Vec::new();
@@ -51,7 +57,7 @@ impl<'a> Package<'a> {
         read.map_err(|error| wrong(format!("cannot be unpacked: {error}")))?;
         let left_bytes = self.left_bytes.checked_sub(bytes.len() as u64);
         self.left_bytes = left_bytes.ok_or_else(|| wrong("unpacks to more than such a file may; split it".into()))?;
-        String::from_utf8(bytes).map_err(|_| wrong("is no text in UTF-8".into()))
+        Ok(bytes)
     }
 }
 

@@ -3,12 +3,18 @@
 use super::package::{Package, part_name};
 use crate::formats::text;
 use crate::gltf_file::LoadError;
+use crate::tally::Tally;
+use crate::{Sampler, Wrap};
 use glam::{Mat4, Vec4};
 use quick_xml::{
     Reader,
     events::{BytesStart, Event},
 };
 use std::collections::HashMap;
+
+/// Elements that hold others, and what is said about a model, which has no look.
+const READ: [&str; 9] =
+    ["resources", "build", "mesh", "vertices", "triangles", "components", "metadata", "metadatagroup", "trianglesets"];
 
 /// No index.
 pub(super) const NONE: u32 = u32::MAX;
@@ -27,7 +33,15 @@ pub(super) struct Model {
     pub(super) properties: HashMap<u32, Property>,
     /// What is shown.
     pub(super) items: Vec<Item>,
-    pub(super) warnings: Vec<String>,
+    pub(super) textures: HashMap<u32, TextureFile>,
+    pub(super) warnings: Tally,
+}
+
+/// An image of the archive.
+#[derive(Debug)]
+pub(super) struct TextureFile {
+    pub(super) path: String,
+    pub(super) sampler: Sampler,
 }
 
 /// What triangles refer to.
@@ -37,6 +51,8 @@ pub(super) enum Property {
     Bases(Vec<(String, [f32; 4])>),
     /// sRGB colours of corners.
     Colors(Vec<[f32; 4]>),
+    /// Coordinates of corners on a texture; v points up.
+    Coordinates { texture: u32, uvs: Vec<[f32; 2]> },
 }
 
 #[derive(Debug, Default)]
@@ -210,6 +226,25 @@ fn read_element(
             *property = place.needed(element, "id")?;
             model.properties.insert(*property, Property::Colors(Vec::new()));
         }
+        "texture2d" => {
+            let id = place.needed(element, "id")?;
+            let path = part_name(&place.text(element, "path")?);
+            let [wrap_u, wrap_v] = ["tilestyleu", "tilestylev"].map(|name| wrap(attribute(element, name).as_deref()));
+            let is_linear = attribute(element, "filter").is_none_or(|filter| filter != "nearest");
+            let sampler = Sampler { wrap_u, wrap_v, mag_linear: is_linear, ..Sampler::default() };
+            model.textures.insert(id, TextureFile { path, sampler });
+        }
+        "texture2dgroup" => {
+            *property = place.needed(element, "id")?;
+            let texture = place.needed(element, "texid")?;
+            model.properties.insert(*property, Property::Coordinates { texture, uvs: Vec::new() });
+        }
+        "tex2coord" => {
+            let uv = [place.number(element, "u")?, place.number(element, "v")?];
+            if let Some(Property::Coordinates { uvs, .. }) = model.properties.get_mut(property) {
+                uvs.push(uv);
+            }
+        }
         "base" => {
             let base = (attribute(element, "name").unwrap_or_default(), place.color(element, "displaycolor")?);
             if let Some(Property::Bases(bases)) = model.properties.get_mut(property) {
@@ -224,12 +259,11 @@ fn read_element(
         }
         "vertex" | "triangle" | "component" => read_geometry(element, place, model.objects.get_mut(object))?,
         "item" => model.items.push(place.item(element)?),
-        "texture2dgroup" | "compositematerials" | "multiproperties" | "beamlattice" | "booleans"
-            if model.warnings.len() < 10 =>
-        {
-            model.warnings.push(format!("part \"{}\": <{}> is not supported", place.part, tag.as_ref()));
+        _ if READ.contains(&tag.as_ref()) => {}
+        _ => {
+            let message = format!("<{}> is not read", text::shown(tag.as_ref().as_bytes()));
+            model.warnings.add(format!("part \"{}\", byte {}", place.part, place.byte), &message);
         }
-        _ => {}
     }
     Ok(())
 }
@@ -260,6 +294,15 @@ fn read_geometry(element: &BytesStart, place: &Place, object: Option<&mut Object
         _ => object.components.push(place.item(element)?),
     }
     Ok(())
+}
+
+/// How a texture goes on beyond its edges. None, where it is not there at all, is taken as its edge.
+fn wrap(style: Option<&str>) -> Wrap {
+    match style {
+        Some("mirror") => Wrap::MirroredRepeat,
+        Some("clamp" | "none") => Wrap::ClampToEdge,
+        _ => Wrap::Repeat,
+    }
 }
 
 fn unit_m(name: Option<&str>) -> Option<f32> {

@@ -96,7 +96,7 @@ fn read_direction(baked: &Json, light: &TextureRef, slots: &mut Slots) -> Option
     const EXTENSION: &str = "MANYPASS_light_direction";
     let mut read = || -> Result<Option<TextureRef>, LoadError> {
         let Some(extension) = baked.extension(EXTENSION)? else { return Ok(None) };
-        slots.read_info(&extension.require_object("directionTexture")?, light.uv_set as usize)
+        slots.read_info(&extension.require_object("directionTexture")?, slots.uv_set_of(light.uv_set))
     };
     let message = match read() {
         Ok(Some(found)) if (found.uv_set, found.transform) != (light.uv_set, light.transform) => {
