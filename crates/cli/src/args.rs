@@ -4,6 +4,7 @@ use crate::bake::BakeArgs;
 use crate::diff::DiffArgs;
 use clap::builder::PossibleValuesParser;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use std::ffi::OsString;
 use std::path::PathBuf;
 
 /// Renders glTF files, and OBJ, STL, PLY and 3MF, with a GPU or without, in many passes.
@@ -60,7 +61,7 @@ pub enum Command {
     /// Say what is in a file, without a GPU.
     Info {
         /// A model (.glb, .gltf, .obj, .stl, .ply, .3mf), a .stage.toml file, `-` for standard input, or demo:NAME.
-        input: String,
+        input: OsString,
         /// A scene of the file [default: the one that the file names].
         #[arg(long, value_name = "NAME|INDEX")]
         scene: Option<String>,
@@ -335,7 +336,7 @@ pub struct RenderArgs {
     /// stage. In a quoted pattern * and ? stand for letters of a name and ** for any folders. Hidden files and folders
     /// are left out.
     #[arg(required = true)]
-    pub inputs: Vec<String>,
+    pub inputs: Vec<OsString>,
     /// Look into the folders of folders, too.
     #[arg(long)]
     pub recursive: bool,

@@ -24,8 +24,8 @@ use journal::Journal;
 use manypass::{Environment, EnvironmentRadiance, Settings};
 use manypass_bake::{Around, BakeError, Encoding, Surfaces, picture_file};
 use manypass_scene::gltf_file::{Parts, put_extra};
-use manypass_scene::stage::is_stage;
-use manypass_scene::{EnvironmentLight, LightMode, Scene, Stage};
+use manypass_scene::stage::{MAX_STAGE_BYTES, is_stage};
+use manypass_scene::{EnvironmentLight, LightMode, Scene, Stage, input_file};
 use progress::Bar;
 use serde_json::{Value, json};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
@@ -69,7 +69,8 @@ impl Outputs {
         let has_stage = input.has_settings() || args.says_environment();
         let stage = has_stage.then(|| model.with_extension("stage.toml"));
         if let Some(path) = stage.as_ref().filter(|path| path.is_file()) {
-            let is_written = std::fs::read(path).is_ok_and(|bytes| bytes.starts_with(WRITTEN.as_bytes()));
+            let is_written =
+                input_file::read(path, MAX_STAGE_BYTES).is_ok_and(|bytes| bytes.starts_with(WRITTEN.as_bytes()));
             if !is_written {
                 let message = format!("{} is there, and was not written by a bake", path.display());
                 return Err(Failure::usage(message, "write to another -o OUT.glb, or move that stage away"));
@@ -78,10 +79,20 @@ impl Outputs {
         Ok(Self { model, stage })
     }
 
+    /// Writes them.
+    fn write(&self, model: &[u8], stage_text: Option<&str>) -> Result<(), Failure> {
+        output::write_file(&self.model, model)?;
+        match (&self.stage, stage_text) {
+            (Some(path), Some(text)) => output::write_file(path, text.as_bytes()),
+            _ => Ok(()),
+        }
+    }
+
     /// Whether they are there already, made of the same.
     fn are_of(&self, key: &str, stage_text: Option<&str>) -> bool {
-        let is_same =
-            |path: &PathBuf| std::fs::read(path).is_ok_and(|bytes| Some(&*bytes) == stage_text.map(str::as_bytes));
+        let is_same = |path: &PathBuf| {
+            input_file::read(path, MAX_STAGE_BYTES).is_ok_and(|bytes| Some(&*bytes) == stage_text.map(str::as_bytes))
+        };
         self.stage.as_ref().is_none_or(is_same)
             && Parts::json_of(&self.model).is_some_and(|json| json["asset"]["extras"]["bake"]["key"] == key)
     }
@@ -228,9 +239,9 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
         let message = format!("{} would be larger than 4 GiB", outputs.model.display());
         Failure::new(Kind::Failed, message, "lower --density")
     })?;
-    output::write_file(&outputs.model, &bytes)?;
-    if let (Some(path), Some(text)) = (&outputs.stage, &stage_text) {
-        output::write_file(path, text.as_bytes())?;
+    if let Err(failure) = outputs.write(&bytes, stage_text.as_deref()) {
+        journal.leave();
+        return Err(failure);
     }
     journal.remove();
     if !args.quiet {

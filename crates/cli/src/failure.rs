@@ -1,6 +1,7 @@
 //! What can go wrong, and the exit code of each.
 
 use manypass::Diagnostic;
+use std::borrow::Cow;
 use std::fmt::Display;
 use std::io::Write as _;
 
@@ -76,5 +77,37 @@ impl Failure {
 
 /// Writes a line to standard error, if anybody reads it: a closed or full standard error is no reason to fail.
 pub fn say(line: std::fmt::Arguments<'_>) {
-    let _ = writeln!(std::io::stderr().lock(), "{line}");
+    let _ = writeln!(std::io::stderr().lock(), "{}", shown(&line.to_string()));
+}
+
+/// A text as terminals may have it: its control characters, which could be commands to them, are written as JSON writes them.
+/// Ends of lines and tabs stay. Names in files are anybody's.
+pub fn shown(text: &str) -> Cow<'_, str> {
+    let is_command = |c: char| c.is_control() && !matches!(c, '\n' | '\t');
+    // Of those that turn the direction of writing around, what follows would read as something else.
+    let turns = |c: char| matches!(c, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}');
+    if !text.contains(|c: char| is_command(c) || turns(c)) {
+        return Cow::Borrowed(text);
+    }
+    let mut shown = String::with_capacity(text.len() + 16);
+    for c in text.chars() {
+        if is_command(c) || turns(c) {
+            shown.push_str(&format!("\\u{:04x}", u32::from(c)));
+        } else {
+            shown.push(c);
+        }
+    }
+    Cow::Owned(shown)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn terminals_get_no_commands_of_names() {
+        assert_eq!(shown("a\u{1b}[2J\u{7}\0b\n\tc\u{9b}é"), "a\\u001b[2J\\u0007\\u0000b\n\tc\\u009bé");
+        assert_eq!(shown("x\u{202e}y"), "x\\u202ey");
+        assert!(matches!(shown("plain\n"), Cow::Borrowed(_)));
+    }
 }

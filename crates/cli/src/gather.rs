@@ -7,6 +7,7 @@ use crate::stage::leave_out_named_models;
 use manypass_scene::formats::is_model;
 use manypass_scene::stage::is_stage;
 use std::collections::{BTreeMap, BTreeSet};
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Component, Path, PathBuf};
 
@@ -55,26 +56,28 @@ impl Inputs {
     ///
     /// # Errors
     /// Wrong usage, or the only argument is a folder that cannot be read or stands for no model.
-    pub fn gather(arguments: &[String], recursive: bool) -> Result<Self, Failure> {
+    pub fn gather(arguments: &[impl AsRef<OsStr>], recursive: bool) -> Result<Self, Failure> {
         let mut gathered = Self { is_batch: arguments.len() > 1, ..Self::default() };
         let mut inputs = Vec::new();
         for argument in arguments {
             let path = Path::new(argument);
-            let is_pattern = argument.contains(['*', '?']) && fs::symlink_metadata(path).is_err();
-            if argument == "-" || argument.starts_with("demo:") || !(path.is_dir() || is_pattern) {
+            // What is no UTF-8 is the name of a file, and no pattern.
+            let text = path.to_str().unwrap_or_default();
+            let is_pattern = text.contains(['*', '?']) && fs::symlink_metadata(path).is_err();
+            if text == "-" || text.starts_with("demo:") || !(path.is_dir() || is_pattern) {
                 inputs.extend(Input::parse(argument)?);
                 continue;
             }
             gathered.is_batch = true;
             let files = if is_pattern {
-                matching(argument, &mut gathered.warnings)
+                matching(text, &mut gathered.warnings)
             } else {
                 in_folder(path, recursive, &mut gathered.warnings)
             };
             match files {
                 Ok(files) => inputs.extend(files.into_iter().map(Input::File)),
                 Err(failure) if arguments.len() == 1 => return Err(failure),
-                Err(failure) => gathered.unfound.push((argument.clone(), failure)),
+                Err(failure) => gathered.unfound.push((path.display().to_string(), failure)),
             }
         }
         let names = names(&inputs);

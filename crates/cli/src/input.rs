@@ -5,6 +5,7 @@ use crate::{gather, stage};
 use manypass_offline::atomic;
 use manypass_scene::stage::is_stage;
 use manypass_scene::{LoadError, Scene, Stage, demo, gltf_file, load_bytes, load_path};
+use std::ffi::OsStr;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -44,7 +45,8 @@ impl Input {
     ///
     /// # Errors
     /// If a folder cannot be read or holds no model.
-    pub fn parse(argument: &str) -> Result<Vec<Self>, Failure> {
+    pub fn parse(argument: impl AsRef<OsStr>) -> Result<Vec<Self>, Failure> {
+        let argument = argument.as_ref();
         if argument.is_empty() {
             return Err(Failure::usage(
                 "the name of an input is empty",
@@ -54,7 +56,7 @@ impl Input {
         if argument == "-" {
             return Ok(vec![Self::Stdin]);
         }
-        if let Some(name) = argument.strip_prefix("demo:") {
+        if let Some(name) = argument.to_str().and_then(|text| text.strip_prefix("demo:")) {
             if !demo::NAMES.contains(&name) {
                 let hint = format!("demos: {}", demo::NAMES.join(", "));
                 return Err(Failure::usage(format!("unknown demo `{name}`"), hint));

@@ -12,6 +12,7 @@ use manypass_offline::manifest;
 use manypass_scene::gltf_file::SUPPORTED_EXTENSIONS;
 use manypass_scene::{Aabb, Framing, LightKind, Primitive, Scene, Topology};
 use serde_json::{Value, json};
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 
 /// The size of the picture whose cameras `info` prints; their fields of view to the side depend on its shape.
@@ -45,11 +46,12 @@ const KEYS: [&str; 20] = [
 ///
 /// # Errors
 /// It names more than one.
-pub fn one(argument: &str) -> Result<Input, Failure> {
+pub fn one(argument: impl AsRef<OsStr>) -> Result<Input, Failure> {
+    let argument = argument.as_ref();
     let mut inputs = Input::parse(argument)?;
     match inputs.pop() {
         Some(input) if inputs.is_empty() => Ok(input),
-        _ => Err(Failure::usage(format!("`{argument}` is more than one file"), "name one model")),
+        _ => Err(Failure::usage(format!("`{}` is more than one file", argument.display()), "name one model")),
     }
 }
 
@@ -77,7 +79,7 @@ pub fn adapters(as_json: bool) -> Result<(), Failure> {
 ///
 /// # Errors
 /// An input that cannot be read.
-pub fn info(argument: &str, scene: Option<&str>, as_json: bool) -> Result<(), Failure> {
+pub fn info(argument: &OsStr, scene: Option<&str>, as_json: bool) -> Result<(), Failure> {
     let input = one(argument)?;
     let Opened { scene: mut loaded, mut warnings, .. } = input.load()?;
     scenes::show(&mut loaded, scene, &mut warnings)?;

@@ -5,6 +5,7 @@ use crate::session::still_failure;
 use manypass_offline::atomic;
 use manypass_offline::still::StillError;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Duration;
 
 /// Raised once the user has said stop.
 pub static STOP: AtomicBool = AtomicBool::new(false);
@@ -17,23 +18,51 @@ pub fn check() -> Result<(), Failure> {
     if STOP.load(Ordering::SeqCst) { Err(still_failure(&StillError::Stopped)) } else { Ok(()) }
 }
 
+/// How long what is being read or drawn may take to end by itself once the user has said stop.
+const GRACE: Duration = Duration::from_millis(1500);
+
+/// Whether somebody says already how the program ends.
+static IS_SAID: AtomicBool = AtomicBool::new(false);
+
+/// Whether the caller is the one who says how an interrupted program ends: the first who asks.
+pub fn says_the_end() -> bool {
+    !IS_SAID.swap(true, Ordering::SeqCst)
+}
+
 /// From now on SIGINT, SIGTERM and SIGHUP raise [`STOP`]. A second one, or one that comes while a pipe holds the
-/// program up, ends it at once. What is being read is read to its end, and what is being drawn ends with its sample,
-/// which can take long: unless `quiet`, that is said.
+/// program up, ends it at once. What is being read or drawn may end by itself, which can take long, as in the compiler of a
+/// driver: after [`GRACE`] the program ends all the same. Unless `quiet`, that is said.
 pub fn heed(quiet: bool) {
     // Without a handler an interrupt ends the program as the system does it.
     let _ = ctrlc::set_handler(move || {
         let was_stopped = STOP.swap(true, Ordering::SeqCst);
         if was_stopped || atomic::is_waiting() {
-            atomic::remove_unfinished();
-            let failure = still_failure(&StillError::Stopped);
-            failure.print();
-            end(i32::from(failure.code()));
+            stop_now();
         }
         if !quiet {
-            say(format_args!("interrupting after this step; once more stops at once"));
+            say(format_args!("interrupting after this step, within 2 s; once more stops at once"));
+        }
+        // This thread waits for a second signal.
+        let deadline = std::thread::Builder::new().spawn(stop_after_grace);
+        if deadline.is_err() {
+            stop_now();
         }
     });
+}
+
+fn stop_after_grace() {
+    std::thread::sleep(GRACE);
+    stop_now();
+}
+
+/// Ends the program, and leaves no file half written.
+fn stop_now() -> ! {
+    atomic::remove_unfinished();
+    let failure = still_failure(&StillError::Stopped);
+    if says_the_end() {
+        failure.print();
+    }
+    end(i32::from(failure.code()))
 }
 
 /// Ends the process, whatever its other threads do. Destructors do not run: those of a graphics driver would free what

@@ -30,6 +30,41 @@ const PASSES_BYTES_PER_PIXEL: u64 = 170;
 /// Bytes of a shaded pixel for the report's count of pairs.
 const PAIRS_BYTES_PER_PIXEL: u64 = 48;
 
+/// What is free for this user on the disk that holds `folder`, or will hold it.
+#[cfg(target_os = "linux")]
+#[allow(unsafe_code, reason = "the system's function for it takes a place to write to")]
+#[allow(clippy::useless_conversion, reason = "the numbers of the structure have other widths on other machines")]
+pub fn free_bytes(folder: &Path) -> Option<u64> {
+    use std::os::unix::ffi::OsStrExt as _;
+    let there = folder.ancestors().find(|path| path.exists())?;
+    let path = std::ffi::CString::new(there.as_os_str().as_bytes()).ok()?;
+    let mut disk = std::mem::MaybeUninit::<libc::statvfs>::zeroed();
+    // SAFETY: the path ends with a zero, and the structure is as large as the function expects; zeroes are valid for it.
+    let disk = unsafe {
+        if libc::statvfs(path.as_ptr(), disk.as_mut_ptr()) != 0 {
+            return None;
+        }
+        disk.assume_init()
+    };
+    u64::from(disk.f_bavail).checked_mul(u64::from(disk.f_frsize))
+}
+
+/// Whether this user may write into a folder.
+#[cfg(unix)]
+#[allow(unsafe_code, reason = "what a user may do with a folder is told by a function of the system")]
+pub fn is_writable(folder: &Path) -> bool {
+    use std::os::unix::ffi::OsStrExt as _;
+    let path = std::ffi::CString::new(folder.as_os_str().as_bytes());
+    // SAFETY: the path ends with a zero.
+    path.is_ok_and(|path| unsafe { libc::access(path.as_ptr(), libc::W_OK) == 0 })
+}
+
+/// Whether this user may write into a folder.
+#[cfg(not(unix))]
+pub fn is_writable(folder: &Path) -> bool {
+    std::fs::metadata(folder).is_ok_and(|folder| !folder.permissions().readonly())
+}
+
 /// Something that holds the process to a number of bytes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Limit {

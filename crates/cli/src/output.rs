@@ -10,7 +10,8 @@ use crate::session::{output_failure, write_failure};
 use manypass::PassPicture;
 use manypass_offline::atomic::AtomicFile;
 use manypass_offline::sheet::{self, contact_sheet};
-use manypass_offline::{Format, encode};
+use manypass_offline::{Format, encode, picture_end};
+use manypass_scene::input_file;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -26,6 +27,11 @@ pub fn files(job: &Job, subject: Subject<'_>) -> Option<(PathBuf, Vec<PathBuf>)>
     Some((target, aovs))
 }
 
+/// Whether a picture is there to its end. One that was cut off while it was copied is drawn again.
+fn is_whole(path: &Path) -> bool {
+    input_file::open(path).is_ok_and(|mut file| picture_end::is_whole(&mut file).unwrap_or(false))
+}
+
 /// Whether every file that is asked for of a picture is there. Of the pictures of its passes one is enough, since their
 /// names are known only when they are drawn. A device is always there, and never done.
 pub fn are_there(job: &Job, subject: Subject<'_>) -> bool {
@@ -34,8 +40,8 @@ pub fn are_there(job: &Job, subject: Subject<'_>) -> bool {
         entries.any(|entry| is_pass_picture(&entry.file_name()))
     };
     let place = |pattern: &Pattern| pattern.expand(subject, "rgba");
-    files(job, subject).is_some_and(|(target, aovs)| target.is_file() && aovs.iter().all(|path| path.is_file()))
-        && job.contact_sheet.as_ref().map(place).is_none_or(|sheet| sheet.is_file())
+    files(job, subject).is_some_and(|(target, aovs)| is_whole(&target) && aovs.iter().all(|path| is_whole(path)))
+        && job.contact_sheet.as_ref().map(place).is_none_or(|sheet| is_whole(&sheet))
         && job.dump_passes.as_ref().map(place).is_none_or(has_passes)
 }
 

@@ -4,6 +4,7 @@ use crate::args::{FrameArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::looks::{Several, Subject};
 use manypass_offline::{Format, atomic};
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 /// What a pattern may hold, for messages.
@@ -151,14 +152,32 @@ impl Pattern {
                 Part::Text(literal) => text.push_str(literal),
                 Part::Parent => text.push_str(&names.parent),
                 Part::Stem => text.push_str(&names.stem),
-                Part::Variant => text.push_str(&look.variant_name),
-                Part::Camera => text.push_str(&look.camera_name),
+                Part::Variant => text.push_str(&shortened(&look.variant_name)),
+                Part::Camera => text.push_str(&shortened(&look.camera_name)),
                 Part::Frame { digits } => text.push_str(&format!("{frame:0digits$}")),
                 Part::Aov => text.push_str(aov),
             }
         }
         PathBuf::from(text)
     }
+}
+
+/// File systems take names of 255 bytes; a name that is longer than this leaves no room for the others beside it.
+const NAME_BYTES_MAX: usize = 80;
+
+/// A name of a model as a part of a file's name. Of a long one its beginning stays, and a number of the whole of it, so that
+/// two of one beginning have two files.
+fn shortened(name: &str) -> Cow<'_, str> {
+    if name.len() <= NAME_BYTES_MAX {
+        return Cow::Borrowed(name);
+    }
+    let mut end = NAME_BYTES_MAX - 9;
+    while !name.is_char_boundary(end) {
+        end -= 1;
+    }
+    // FNV-1a: names of files are the same with every version of the program.
+    let hash = name.bytes().fold(0x811c_9dc5_u32, |hash, byte| (hash ^ u32::from(byte)).wrapping_mul(0x0100_0193));
+    Cow::Owned(format!("{}-{hash:08x}", &name[..end]))
 }
 
 /// What is read has these endings; one mistyped letter shall not cost a model.

@@ -2,8 +2,8 @@
 
 use crate::input::Input;
 use manypass_scene::environment::files_of;
-use manypass_scene::formats;
 use manypass_scene::stage::{is_stage, named_images, named_model};
+use manypass_scene::{formats, input_file};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
 use std::path::Path;
@@ -21,7 +21,7 @@ pub struct InputFile {
 
 impl InputFile {
     fn read(path: &Path) -> Option<Self> {
-        let mut file = std::fs::File::open(path).ok().filter(|_| path.is_file())?;
+        let mut file = input_file::open(path).ok()?;
         let mut hash = Sha256::new();
         let mut buffer = vec![0; 1 << 20];
         let mut bytes = 0;

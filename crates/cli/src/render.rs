@@ -8,7 +8,7 @@ mod simulate;
 use crate::ahead::ReadAhead;
 use crate::args::RenderArgs;
 use crate::chosen::Chosen;
-use crate::failure::{Failure, Kind, say};
+use crate::failure::{Failure, Kind, say, shown};
 use crate::gather::{Inputs, Item};
 use crate::interrupt;
 use crate::job::Job;
@@ -79,6 +79,9 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let (first, last) = job.frames.unwrap_or((0, 0));
     let count = inputs.items.len() as u64 * (u64::from(last - first) + 1);
     interrupt::heed(args.quiet);
+    if !args.quiet {
+        session::note_cache(!args.cache.no_cache);
+    }
     // Where memory is scarce, reading and the driver's start shall not meet at their peaks.
     let ahead = inputs.items.first().filter(|_| !args.skip_existing && !memory::is_limited());
     let ahead = ahead.and_then(|item| ReadAhead::start(&item.input));
@@ -180,7 +183,7 @@ impl Batch<'_> {
         let mut loaded: Option<Loaded> = None;
         let mut looks = vec![self.job.look.clone()];
         if self.job.several.has_looks() {
-            self.bar.set_message(input.stem());
+            self.bar.set_message(shown(&input.stem()).into_owned());
             looks = loaded.insert(self.load(item, &mut phases)?).looks.clone();
             let further = looks.len().saturating_sub(1) as u64;
             self.bar.inc_length(further * (u64::from(last - first) + 1));
@@ -190,7 +193,7 @@ impl Batch<'_> {
             for frame in first..=last {
                 let shown = self.job.frames.map(|_| frame);
                 let subject = Subject { names: &item.names, look, frame };
-                self.bar.set_message(input.stem());
+                self.bar.set_message(shown(&input.stem()).into_owned());
                 *failing = shown;
                 self.places.check(item_index, self.job, subject)?;
                 let files = output::files(self.job, subject);

@@ -8,8 +8,7 @@ use manypass::shader::ProgramError;
 use manypass::{Averaging, Effect, EffectFile, EffectStage, FrameRequest, Renderer, Settings, View, WgslEffect};
 use manypass_offline::still::aov_named;
 use manypass_offline::{CameraData, Format, PictureInfo, manifest};
-use manypass_scene::Scene;
-use std::io::Read as _;
+use manypass_scene::{Scene, input_file};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -113,22 +112,16 @@ pub fn effect_values(file: &EffectFile) -> serde_json::Value {
     serde_json::json!({ "path": path, "name": file.name(), "settings": settings })
 }
 
-/// The text of a file that somebody wrote; a device may have no end.
+/// The text of a file that somebody wrote.
 ///
 /// # Errors
 /// It cannot be read, is too large or no text.
 pub fn read_text(path: &Path, hint: &str) -> Result<String, Failure> {
     let failed =
         |error: &dyn std::fmt::Display| Failure::new(Kind::Failed, format!("{}: {error}", path.display()), hint);
-    let mut bytes = Vec::new();
     let is_table = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("cube"));
     let most_bytes = if is_table { MOST_TABLE_BYTES } else { MOST_TEXT_BYTES };
-    let file = std::fs::File::open(path).map_err(|error| failed(&error))?;
-    file.take(most_bytes + 1).read_to_end(&mut bytes).map_err(|error| failed(&error))?;
-    if bytes.len() as u64 > most_bytes {
-        return Err(failed(&format!("it is larger than {} MiB", most_bytes >> 20)));
-    }
-    String::from_utf8(bytes).map_err(|_| failed(&"it is no text in UTF-8"))
+    input_file::read_text(path, most_bytes).map_err(|error| failed(&error))
 }
 
 /// What a wrong shader means to the user.

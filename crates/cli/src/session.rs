@@ -1,6 +1,6 @@
 //! What every subcommand with a GPU needs: a renderer, failures, and the defaults of a request.
 
-use crate::failure::{Failure, Kind};
+use crate::failure::{Failure, Kind, say, shown};
 use crate::memory;
 use manypass::shader::ProgramError;
 use manypass::{Cache, Gpu, GpuError, RenderError, Renderer};
@@ -26,6 +26,18 @@ pub fn open(adapter: Option<&str>, has_cache: bool) -> Result<Renderer, Failure>
 pub fn cache(has_cache: bool) -> Option<Arc<dyn Cache>> {
     let cache = DiskCache::of_user().filter(|_| has_cache);
     cache.map(|cache| Arc::new(cache) as Arc<dyn Cache>)
+}
+
+/// Says of a cache that cannot be written that nothing is kept.
+pub fn note_cache(has_cache: bool) {
+    let Some(cache) = DiskCache::of_user().filter(|_| has_cache) else { return };
+    let folder = cache.folder();
+    // Where no folder of caches is there at all, none is expected.
+    let there = [Some(folder), folder.parent()].into_iter().flatten().find(|path| path.exists());
+    if there.is_some_and(|there| !memory::is_writable(there)) {
+        let folder = folder.display();
+        say(format_args!("note: {folder} cannot be written, so nothing is kept there; --no-cache leaves this out"));
+    }
 }
 
 /// What a missing device means to the user.
@@ -88,7 +100,7 @@ pub fn write_failure(error: WriteError) -> Failure {
 /// # Errors
 /// If the other end is closed or full.
 pub fn print(text: &str) -> Result<(), Failure> {
-    atomic::write_stdout(text.as_bytes()).map_err(write_failure)
+    atomic::write_stdout(shown(text).as_bytes()).map_err(write_failure)
 }
 
 /// Writes a list to standard output, whose reader may have seen enough of it, as `head` does.
@@ -96,7 +108,7 @@ pub fn print(text: &str) -> Result<(), Failure> {
 /// # Errors
 /// If the other end is full.
 pub fn list(text: &str) -> Result<(), Failure> {
-    match atomic::write_stdout(text.as_bytes()) {
+    match atomic::write_stdout(shown(text).as_bytes()) {
         Err(WriteError::Closed(_)) => Ok(()),
         written => written.map_err(write_failure),
     }

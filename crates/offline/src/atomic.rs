@@ -209,6 +209,10 @@ impl AtomicFile {
         }
         drop(file);
         check(self.stop).map_err(failed)?;
+        // A device or a pipe that was made here meanwhile stays.
+        if fs::symlink_metadata(&self.target).is_ok_and(|there| !there.is_file() && !there.is_symlink()) {
+            return Err(failed(io::Error::other("a device or a pipe is there now")));
+        }
         fs::rename(temporary, &self.target).map_err(failed)
     }
 

@@ -60,6 +60,11 @@ impl DiskCache {
         Some(Self::new(folder.join("manypass"), BYTES_MAX))
     }
 
+    /// Its folder.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     fn path(&self, name: &str) -> PathBuf {
         self.folder.join(format!("{name}.{ENDING}"))
     }
@@ -98,8 +103,10 @@ fn remove(path: &Path) {
 
 impl Cache for DiskCache {
     fn get(&self, name: &str) -> Option<Vec<u8>> {
-        let mut file = File::open(self.path(name)).ok()?;
-        let bytes = file.metadata().ok().filter(fs::Metadata::is_file)?.len();
+        // An entry that is a link or a pipe is none of this cache's: it would block, or lead elsewhere.
+        let is_entry = fs::symlink_metadata(self.path(name)).is_ok_and(|entry| entry.is_file());
+        let mut file = if is_entry { File::open(self.path(name)).ok()? } else { return None };
+        let bytes = file.metadata().ok()?.len();
         if bytes > self.bytes_max {
             return None;
         }
@@ -113,8 +120,16 @@ impl Cache for DiskCache {
 
     fn put(&self, name: &str, bytes: &[u8]) {
         let write = || -> Result<(), WriteError> {
+            let path = self.path(name);
+            // A link would be written through.
+            if fs::symlink_metadata(&path).is_ok_and(|entry| !entry.is_file()) {
+                remove(&path);
+                if fs::symlink_metadata(&path).is_ok() {
+                    return Ok(());
+                }
+            }
             // Whoever reads an entry finds out whether it is whole.
-            let mut file = AtomicFile::create(&self.path(name))?.unsynced();
+            let mut file = AtomicFile::create(&path)?.unsynced();
             file.write(bytes)?;
             file.commit()
         };
@@ -183,6 +198,24 @@ mod tests {
         let cache = DiskCache::new(folder.clone(), 40_000);
         cache.put("last", &[9; 10_000]);
         assert!(cache.entries().iter().map(|entry| entry.bytes).sum::<u64>() <= 40_000);
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn links_among_entries_are_not_written_through() {
+        let folder = folder("links");
+        fs::create_dir_all(&folder).unwrap();
+        fs::write(folder.join("other"), b"of somebody").unwrap();
+        let cache = DiskCache::new(folder.clone(), 1000);
+        std::os::unix::fs::symlink("other", cache.path("a")).unwrap();
+        let before = fs::metadata(folder.join("other")).unwrap().modified().unwrap();
+        assert_eq!(cache.get("a"), None);
+        cache.put("a", &[1; 10]);
+        assert_eq!(cache.get("a"), Some(vec![1; 10]));
+        assert_eq!(fs::read(folder.join("other")).unwrap(), b"of somebody");
+        assert_eq!(fs::metadata(folder.join("other")).unwrap().modified().unwrap(), before);
+        assert!(!cache.path("a").is_symlink());
         fs::remove_dir_all(&folder).unwrap();
     }
 

@@ -1,6 +1,6 @@
 //! Stills and sequences as a library: accumulates samples, reads pictures back and encodes them.
 //!
-//! Only [`atomic`], [`lines`] and [`cache`] touch the file system: the first writes files that appear whole or not at
+//! Only [`atomic`], [`lines`] and [`cache`] open files: the first writes files that appear whole or not at
 //! all, the second files that grow by whole lines, the third a folder of the first. So nothing half-written stays
 //! behind.
 
@@ -16,6 +16,7 @@ mod exr_header;
 pub mod lines;
 pub mod manifest;
 pub mod memory;
+pub mod picture_end;
 mod png_stream;
 pub mod settings_docs;
 pub mod sheet;

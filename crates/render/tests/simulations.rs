@@ -371,7 +371,7 @@ fn what_cannot_be_run_is_refused() {
         renderer.simulate(&scene, &mut |_| true).expect_err("it cannot be run").to_string()
     };
     for (simulation, time_secs, expected) in [
-        (ripples(), 1e9, "steps lead to 1000000000 s, and 1000000 are made at most"),
+        (ripples(), 1e9, "steps lead to 1000000000 s, and 108000 are made at most"),
         (Simulation { rate_hz: Some(0.0), ..ripples() }, 1.0, "0 steps a second are none"),
         (Simulation { rate_hz: Some(f32::NAN), ..ripples() }, 1.0, "NaN steps a second are none"),
         (Simulation { cells: Some((0, 4)), ..ripples() }, 1.0, "0 by 4 cells are none"),

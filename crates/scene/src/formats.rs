@@ -17,7 +17,7 @@ mod threemf;
 use crate::gltf_file::{
     self, LoadError, Loaded, MAX_FILE_BYTES, checked_relative_path, read_file, references::meant_paths,
 };
-use std::fs::File;
+use crate::input_file;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -89,8 +89,7 @@ impl Format {
     /// The format of the file at `path`; glTF if it cannot be read.
     fn at(path: &Path) -> Self {
         let start = || {
-            // A pipe would wait for whoever writes to it.
-            let file = if path.is_file() { File::open(path).ok()? } else { return None };
+            let file = input_file::open(path).ok()?;
             let file_bytes = file.metadata().ok()?.len();
             let mut start = Vec::new();
             file.take(START_BYTES as u64).read_to_end(&mut start).ok()?;
@@ -186,6 +185,10 @@ pub fn named_files(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>
 /// # Errors
 /// If the model cannot be read. What else may be wrong with it is not looked at.
 pub fn references(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
+    if input_file::is_open_pipe(path) {
+        // What is read here is gone when the model is loaded, and there is no folder beside it.
+        return Ok(Vec::new());
+    }
     let folder = path.parent().unwrap_or(Path::new(""));
     match Format::at(path) {
         Format::Gltf => gltf_file::references(path),
@@ -203,6 +206,9 @@ pub fn references(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
 /// # Errors
 /// As [`references`].
 pub fn mentions(path: &Path) -> Result<Vec<PathBuf>, LoadError> {
+    if input_file::is_open_pipe(path) {
+        return Ok(Vec::new());
+    }
     let folder = path.parent().unwrap_or(Path::new(""));
     match Format::at(path) {
         Format::Gltf => gltf_file::mentions(path),

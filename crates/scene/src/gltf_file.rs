@@ -25,6 +25,7 @@ pub(crate) use material::texel_budget_bytes;
 pub use references::{mentions, references};
 pub use write::{Numbers, Parts, Unreferenced, put_extra};
 
+use crate::input_file::{self, InputError};
 use crate::tally::Tally;
 use crate::{Scene, scenes::MAX_DRAWN_PRIMITIVES};
 use faults::Faults;
@@ -192,15 +193,14 @@ pub(crate) fn checked_relative_path(uri: &str) -> Result<&Path, String> {
 }
 
 pub(crate) fn read_file(path: &Path) -> Result<Vec<u8>, String> {
-    let cannot = |error: std::io::Error| format!("cannot read \"{}\": {error}", path.display());
-    let metadata = std::fs::metadata(path).map_err(cannot)?;
-    if !metadata.is_file() {
-        return Err(format!("\"{}\" is not a regular file", path.display()));
-    }
-    if metadata.len() > MAX_FILE_BYTES {
-        return Err(format!("\"{}\" is larger than 1 GiB; split it", path.display()));
-    }
-    std::fs::read(path).map_err(cannot)
+    input_file::read(path, MAX_FILE_BYTES).map_err(|error| match error {
+        InputError::NotRegular | InputError::Folder => {
+            let hint = "a model can be piped in as `-`";
+            format!("\"{}\" is not a regular file; {hint}", path.display())
+        }
+        InputError::TooLarge(_) => format!("\"{}\" is larger than 1 GiB; split it", path.display()),
+        error => format!("cannot read \"{}\": {error}", path.display()),
+    })
 }
 
 /// Reads a `.glb` or `.gltf` file from memory. `resolve` fetches the bytes of a relative URI, already percent-decoded;

@@ -22,6 +22,7 @@ pub mod formats;
 pub mod framing;
 pub mod gltf_file;
 pub mod image;
+pub mod input_file;
 mod ktx2;
 mod late_images;
 pub mod levels;

@@ -32,6 +32,9 @@ pub const BODIES_MAX: usize = 16;
 /// The most cells along a side.
 pub const CELLS_SIDE_MAX: u32 = 2048;
 
+/// The most steps in a second.
+pub const RATE_HZ_MAX: f32 = 10_000.0;
+
 /// Where the text of a simulation comes from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Program {

@@ -5,6 +5,7 @@
 
 use crate::failure::say;
 use manypass_bake::Keeper;
+use manypass_scene::input_file;
 use std::collections::HashMap;
 use std::fs::{self, File, OpenOptions};
 use std::hash::{DefaultHasher, Hasher as _};
@@ -54,7 +55,7 @@ fn path_of(output: &Path) -> PathBuf {
 /// The first bytes of a file, if it has any.
 fn first_bytes(path: &Path, count: usize) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
-    File::open(path).ok()?.take(count as u64).read_to_end(&mut bytes).ok()?;
+    input_file::open(path).ok()?.take(count as u64).read_to_end(&mut bytes).ok()?;
     (!bytes.is_empty()).then_some(bytes)
 }
 
@@ -117,6 +118,10 @@ impl Journal {
     }
 
     fn begin(path: &Path, key: u64) -> io::Result<(Known, File)> {
+        // A device or a pipe keeps nothing, and would be removed when the bake is done.
+        if fs::symlink_metadata(path).is_ok_and(|there| !there.is_file()) {
+            return Err(io::Error::other("it is not a regular file"));
+        }
         let mut file = OpenOptions::new().read(true).write(true).create(true).truncate(false).open(path)?;
         let (known, end) = records(&mut file, &head(key))?;
         file.set_len(end)?;
@@ -135,6 +140,17 @@ impl Journal {
             self.remove();
         }
         is_empty
+    }
+
+    /// Where the output could not be written: what is whole stays for the next try, which is said; what the disk cut off goes.
+    pub fn leave(self) {
+        let is_whole = self.file.lock().unwrap_or_else(PoisonError::into_inner).is_some();
+        if !is_whole {
+            self.remove();
+        } else if !self.quiet {
+            let path = self.path.display();
+            say(format_args!("note: {path} has what was computed; the same command goes on from there"));
+        }
     }
 
     /// Removes it: what it is for is done.

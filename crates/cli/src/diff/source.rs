@@ -4,6 +4,8 @@ use crate::failure::{Failure, Kind};
 use manypass_flip::{FlipError, Picture};
 use manypass_offline::Picture as Drawn;
 use manypass_offline::decode::{DecodeError, Decoded, Light, MAX_PIXELS, decode, is_known};
+use manypass_scene::gltf_file;
+use manypass_scene::input_file::{self, InputError};
 use std::io::Read;
 use std::path::Path;
 
@@ -77,19 +79,19 @@ impl Source {
 }
 
 /// The bytes of a file, or how it begins if that is no picture.
-fn bytes(path: &Path) -> std::io::Result<Vec<u8>> {
-    if path.is_dir() {
-        return Err(std::io::Error::other("it is a folder"));
+fn bytes(path: &Path) -> Result<Vec<u8>, InputError> {
+    if input_file::is_open_pipe(path) {
+        return input_file::read(path, MAX_FILE_BYTES.min(gltf_file::MAX_FILE_BYTES));
     }
     let mut bytes = Vec::new();
-    let mut file = std::fs::File::open(path)?;
+    let mut file = input_file::open(path)?;
     // What does not begin like a picture can be endless.
     file.by_ref().take(16).read_to_end(&mut bytes)?;
     if !is_known(&bytes) {
         return Ok(bytes);
     }
     file.take(MAX_FILE_BYTES).read_to_end(&mut bytes)?;
-    if bytes.len() as u64 > MAX_FILE_BYTES { Err(std::io::Error::other("it is too large")) } else { Ok(bytes) }
+    if bytes.len() as u64 > MAX_FILE_BYTES { Err(InputError::TooLarge(MAX_FILE_BYTES)) } else { Ok(bytes) }
 }
 
 /// Pixels over mid grey; `is_associated` if they are multiplied by their alpha, and linear.

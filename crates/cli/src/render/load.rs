@@ -86,7 +86,9 @@ impl Batch<'_> {
         interrupt::check()?;
         warnings.extend(self.renderer.warnings());
         let args = self.args;
-        let is_still = scene.animations.is_empty() && !shot::has_waves(&scene);
+        // The frames of a turntable turn the camera, whichever of them are asked for.
+        let turns = args.turntable.is_some() && args.time.is_none() && args.animation.is_none();
+        let is_still = scene.animations.is_empty() && !shot::has_waves(&scene) && !turns;
         if is_still && (args.time.is_some() || args.frames.is_some() || args.animation.is_some()) {
             warnings.push("it has no animation; every time shows it as it stands".into());
         }

@@ -1,7 +1,7 @@
 //! Brings the simulations of a scene to the time of a picture, and says how far that is.
 
 use super::{Batch, counting_bar, failed};
-use crate::failure::Failure;
+use crate::failure::{Failure, shown};
 use crate::interrupt;
 use manypass::{SimulationProgress, SimulationReport};
 use manypass_scene::Scene;
@@ -25,7 +25,7 @@ impl Batch<'_> {
         let mut progress = |SimulationProgress { name, done, total }: SimulationProgress<'_>| {
             if is_shown && total > FEW_STEPS {
                 let bar = bar.get_or_insert_with(|| counting_bar(total));
-                bar.set_message(format!("steps of {name}"));
+                bar.set_message(shown(&format!("steps of {name}")).into_owned());
                 bar.set_length(total);
                 bar.set_position(done);
             }

@@ -60,21 +60,28 @@ pub(super) fn check_pixel(
     Ok(())
 }
 
-/// The first `discard` of a function, or of one that it calls. WGSL has no recursion.
+/// The first `discard` of a function, or of one that it calls. Each function is looked at once, however often it is called.
 fn discarded(module: &naga::Module, function: &naga::Function) -> Option<naga::Span> {
-    fn of_block(module: &naga::Module, block: &naga::Block) -> Option<naga::Span> {
+    type Looked = std::collections::HashSet<naga::Handle<naga::Function>>;
+    fn of_block(module: &naga::Module, block: &naga::Block, looked: &mut Looked) -> Option<naga::Span> {
         use naga::Statement;
         block.span_iter().find_map(|(statement, span)| match statement {
             Statement::Kill => Some(*span),
-            Statement::Call { function, .. } => discarded(module, &module.functions[*function]),
-            Statement::Block(block) => of_block(module, block),
-            Statement::If { accept, reject, .. } => of_block(module, accept).or_else(|| of_block(module, reject)),
-            Statement::Switch { cases, .. } => cases.iter().find_map(|case| of_block(module, &case.body)),
-            Statement::Loop { body, continuing, .. } => of_block(module, body).or_else(|| of_block(module, continuing)),
+            Statement::Call { function, .. } if looked.insert(*function) => {
+                of_block(module, &module.functions[*function].body, looked)
+            }
+            Statement::Block(block) => of_block(module, block, looked),
+            Statement::If { accept, reject, .. } => {
+                of_block(module, accept, looked).or_else(|| of_block(module, reject, looked))
+            }
+            Statement::Switch { cases, .. } => cases.iter().find_map(|case| of_block(module, &case.body, looked)),
+            Statement::Loop { body, continuing, .. } => {
+                of_block(module, body, looked).or_else(|| of_block(module, continuing, looked))
+            }
             _ => None,
         })
     }
-    of_block(module, &function.body)
+    of_block(module, &function.body, &mut Looked::new())
 }
 
 /// Whether each pass reads what is there, and no more than every adapter can bind.
@@ -170,11 +177,16 @@ fn with_words(fault: Box<Diagnostic>) -> Box<Diagnostic> {
 }
 
 /// Whether the module's entry points are fragment shaders from a position to a colour.
-pub(super) fn check_module(source: Source<'_>, scan: &Scan, module: &naga::Module) -> Result<(), Box<Diagnostic>> {
+pub(super) fn check_module(
+    source: Source<'_>,
+    scan: &Scan,
+    module: &naga::Module,
+    info: &naga::valid::ModuleInfo,
+) -> Result<(), Box<Diagnostic>> {
     for entry in &module.entry_points {
         check_entry_point(source, scan, module, entry)?;
     }
-    check_functions(source, module)
+    check_functions(source, module, info)
 }
 
 fn check_entry_point(

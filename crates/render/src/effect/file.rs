@@ -83,7 +83,7 @@ impl EffectFile {
             further.push_str(&entry_point(stage, std::iter::once(pixel.0.as_str())));
             (module, info) = parsed(&further)?;
         }
-        check_module(source, &scan, &module)?;
+        check_module(source, &scan, &module, &info)?;
         let composed = locate::composed(text, &further);
         let with_slots = |(step, index): (Step, usize)| {
             let slots = reflect_bindings_of(&module, &info, &composed, index..index + 1);

@@ -100,7 +100,7 @@ impl SimulationFile {
         let shown: BTreeSet<&str> = header.shows.iter().map(|pass| &*pass.function).collect();
         let declared = format!("{plain}{}", entry_points(&functions, &shown));
         let (module, info) = parsed(&declared)?;
-        check_functions(source, &module)?;
+        check_functions(source, &module, &info)?;
         let composed = locate::composed(text, &declared);
         let with_slots = |pass: Pass| -> Result<FilePass, ProgramError> {
             let entry = format!("{ENTRY}{}", pass.function);

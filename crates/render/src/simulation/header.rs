@@ -5,7 +5,7 @@ use crate::user_shader::Source;
 use crate::user_shader::rounds::{Rounds, STEPS_MAX, number};
 use crate::user_shader::scan::Scan;
 use crate::user_shader::source::{entries, is_identifier};
-use manypass_scene::simulation::CELLS_SIDE_MAX;
+use manypass_scene::simulation::{CELLS_SIDE_MAX, RATE_HZ_MAX};
 use std::ops::Range;
 
 /// The words that a header may hold.
@@ -120,8 +120,10 @@ impl Header {
                 self.cells = sides;
             }
             "rate" => {
-                let rate = text.parse().ok().filter(|rate: &f32| rate.is_finite() && *rate > 0.0);
-                let Some(rate_hz) = rate else { return wrong("rate: 60") };
+                let rate = text.parse().ok().filter(|rate: &f32| *rate > 0.0 && *rate <= RATE_HZ_MAX);
+                let Some(rate_hz) = rate else {
+                    return wrong(&format!("rate: 60`, at most `{RATE_HZ_MAX}"));
+                };
                 self.rate_hz = rate_hz;
             }
             "edges" => match text {

@@ -43,8 +43,11 @@ pub struct SimulationReport {
     pub held_numbers: u64,
 }
 
-/// The most steps that are made for one picture.
-pub const STEPS_MAX: u64 = 1_000_000;
+/// The most steps that are made for one picture: half an hour of the usual 60 a second.
+pub const STEPS_MAX: u64 = 108_000;
+
+/// The most cells that all passes of these steps write together. A graphics card writes some 10⁹ to 10¹⁰ a second.
+pub const CELLS_WRITTEN_MAX: u64 = 1 << 36;
 
 /// How large a number of a state is at most.
 pub(crate) const NUMBER_MAX: f32 = 1e6;

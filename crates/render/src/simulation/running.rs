@@ -1,11 +1,11 @@
 //! A simulation that runs: its states, and how they become the next ones.
 
 use super::compiled::{Compiled, CompiledPass, PICTURE, STATE, compiled};
-use super::{NUMBER_MAX, STEPS_MAX, SimulationFile, SimulationProgress, SimulationReport};
+use super::{CELLS_WRITTEN_MAX, NUMBER_MAX, STEPS_MAX, SimulationFile, SimulationProgress, SimulationReport};
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::shader::program::ProgramError;
 use glam::{IVec2, Mat4, Vec2, Vec3};
-use manypass_scene::simulation::{BODIES_MAX, Body, Place, SEEN_SIDE, SeenSurfaces, Simulation};
+use manypass_scene::simulation::{BODIES_MAX, Body, Place, RATE_HZ_MAX, SEEN_SIDE, SeenSurfaces, Simulation};
 use std::collections::{BTreeMap, HashMap};
 
 /// After so many steps the device is waited for, so that it is never far behind.
@@ -174,8 +174,10 @@ impl Running {
             return Err(fault(format!("{} by {} cells are none: each side is 1 to {most}", cells.0, cells.1)));
         }
         let rate_hz = simulation.rate_hz.unwrap_or(file.rate_hz());
-        if !(rate_hz.is_finite() && rate_hz > 0.0) {
-            return Err(fault(format!("{rate_hz} steps a second are none; give rate_hz a number above 0")));
+        if !(rate_hz > 0.0 && rate_hz <= RATE_HZ_MAX) {
+            let message =
+                format!("{rate_hz} steps a second are none; give rate_hz a number above 0, at most {RATE_HZ_MAX}");
+            return Err(fault(message));
         }
         if !(size_m.is_finite() && size_m.min_element() > 0.0) {
             return Err(fault("the place that it lies over has no size".into()));
@@ -281,6 +283,7 @@ impl Running {
             );
             return Err(ProgramError::Simulation { simulation: name, message });
         }
+        self.check_work(total, time_secs)?;
         if from.is_none() {
             self.begin(gpu, moving);
         }
@@ -310,6 +313,23 @@ impl Running {
         self.record_mips(gpu, &mut encoder);
         gpu.queue.submit([encoder.finish()]);
         Ok(())
+    }
+
+    /// Whether so many steps write no more cells than are written for one picture.
+    fn check_work(&self, steps: u64, time_secs: f32) -> Result<(), ProgramError> {
+        let rounds: u64 = self.compiled.step.iter().map(|pass| u64::from(pass.rounds)).sum();
+        let cells = u64::from(self.cells.0) * u64::from(self.cells.1);
+        let written = steps.saturating_mul(rounds).saturating_mul(cells);
+        if written <= CELLS_WRITTEN_MAX {
+            return Ok(());
+        }
+        let (width, height) = self.cells;
+        let message = format!(
+            "{steps} steps lead to {time_secs} s; with {rounds} passes each over {width} by {height} cells they write {written} \
+             cells, and {CELLS_WRITTEN_MAX} at most; show an earlier time, or give it fewer cells, fewer particles or a smaller \
+             rate_hz"
+        );
+        Err(ProgramError::Simulation { simulation: self.simulation.name.clone(), message })
     }
 
     /// Makes the states as they are at first.

@@ -2,11 +2,16 @@
 
 use super::loops::Loops;
 use super::scan::{Declared, Scan};
+use super::size::check_size;
 use super::source::Source;
 use crate::diagnostic::Diagnostic;
 
-/// Whether every loop of a module can end, and all that it declares is there.
-pub(crate) fn check_functions(source: Source<'_>, module: &naga::Module) -> Result<(), Box<Diagnostic>> {
+/// Whether every loop of a module can end, all that it declares is there, and compilers can bear its size.
+pub(crate) fn check_functions(
+    source: Source<'_>,
+    module: &naga::Module,
+    info: &naga::valid::ModuleInfo,
+) -> Result<(), Box<Diagnostic>> {
     use naga::AddressSpace;
     let functions = module.functions.iter().map(|(_, function)| function);
     for function in functions.chain(module.entry_points.iter().map(|entry| &entry.function)) {
@@ -30,7 +35,7 @@ pub(crate) fn check_functions(source: Source<'_>, module: &naga::Module) -> Resu
             return Err(source.fault(place, format!("`{name}` is neither a uniform nor a texture nor a sampler")));
         }
     }
-    Ok(())
+    check_size(source, module, info)
 }
 
 /// The member of a struct that is a `bool`, if a uniform that holds such a thing is what is wrong.

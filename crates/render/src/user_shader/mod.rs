@@ -6,6 +6,7 @@ mod loops;
 pub(crate) mod padding;
 pub(crate) mod rounds;
 pub(crate) mod scan;
+mod size;
 pub(crate) mod source;
 pub(crate) mod uniforms;
 

@@ -6,6 +6,8 @@
 use super::{Decoded, EnvironmentError, EnvironmentMap, KEPT_WIDTH_MAX, cut, equirectangular_direction};
 use super::{decode_exr, decode_radiance, is_exr, is_radiance};
 use crate::colour::linear_from_srgb;
+use crate::gltf_file::MAX_FILE_BYTES;
+use crate::input_file;
 use glam::Vec3;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
@@ -220,9 +222,12 @@ impl EnvironmentMap {
     pub fn load_path(path: &Path) -> Result<Self, EnvironmentError> {
         let name = path.display().to_string();
         let failed = |message: String| EnvironmentError { name: name.clone(), message };
-        let read = |path: &Path| std::fs::read(path).map_err(|error| failed(format!("{}: {error}", path.display())));
+        let read = |path: &Path| {
+            input_file::read(path, MAX_FILE_BYTES).map_err(|error| failed(format!("{}: {error}", path.display())))
+        };
         if !path.is_dir() {
-            return Self::decode(&name, &std::fs::read(path).map_err(|error| failed(error.to_string()))?);
+            let bytes = input_file::read(path, MAX_FILE_BYTES).map_err(|error| failed(error.to_string()))?;
+            return Self::decode(&name, &bytes);
         }
         let files = face_files(path).map_err(failed)?;
         let faces: Result<Vec<_>, _> = files.iter().map(|file| Ok((file.display().to_string(), read(file)?))).collect();

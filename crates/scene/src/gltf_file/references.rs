@@ -3,7 +3,6 @@
 use super::container::{self, decoded_uri, percent_decode};
 use super::{LoadError, MAX_FILE_BYTES, checked_relative_path, read_file};
 use serde_json::Value;
-use std::fs::File;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};
 
@@ -117,7 +116,8 @@ fn read_json(path: &Path) -> Result<Vec<u8>, String> {
     if !metadata.is_file() || metadata.len() > MAX_FILE_BYTES {
         return read_file(path);
     }
-    let mut file = File::open(path).map_err(cannot)?;
+    let mut file =
+        crate::input_file::open(path).map_err(|error| format!("cannot read \"{}\": {error}", path.display()))?;
     let mut bytes = Vec::new();
     file.by_ref().take(GLB_HEADERS_BYTES as u64).read_to_end(&mut bytes).map_err(cannot)?;
     let json_bytes = match bytes.get(12..16) {

@@ -109,7 +109,7 @@ impl Parts {
 
     /// The JSON of the GLB at `path`, if it is one, and as long as it says.
     pub fn json_of(path: &std::path::Path) -> Option<Value> {
-        let mut file = std::fs::File::open(path).ok()?;
+        let mut file = crate::input_file::open(path).ok()?;
         let mut head = [0; 20];
         file.read_exact(&mut head).ok()?;
         let number = |at: usize| head[at..at + 4].try_into().ok().map(u32::from_le_bytes);

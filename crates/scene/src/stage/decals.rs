@@ -181,10 +181,14 @@ impl DecalEntry {
             Some(names) => nodes_called(names, source, scene)?.into_iter().map(Some).collect(),
             None => vec![None],
         };
-        let boxes = self.boxes();
-        if scene.decals.len() + nodes.len() * boxes.len() > DECALS_MAX {
-            return Err(source.fault(self.range.clone(), format!("there are more decals than {DECALS_MAX}")));
+        // Counted before any is made: a short text can ask for more than memory holds.
+        let of_position = self.scatter.map_or(1, |scatter| scatter.count as usize);
+        let count = self.positions.len().saturating_mul(of_position).saturating_mul(nodes.len());
+        if scene.decals.len().saturating_add(count) > DECALS_MAX {
+            let message = format!("there are more decals than {DECALS_MAX}: {count} of this entry");
+            return Err(source.fault(self.range.clone(), message));
         }
+        let boxes = self.boxes();
         for node in nodes {
             let of_box = |parent_from_box| Decal { node, look: look.clone(), parent_from_box, ..self.decal.clone() };
             scene.decals.extend(boxes.iter().copied().map(of_box));

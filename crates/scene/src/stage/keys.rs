@@ -3,6 +3,8 @@
 use crate::light::RANGE_MIN_M;
 use crate::overlay::{Anchor, SIDE_PX_MAX, TEXT_SIZE_PX_MAX, TextAlign};
 
+const RATE_HZ_MAX: f64 = crate::simulation::RATE_HZ_MAX as f64;
+
 /// What a key takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StageType {
@@ -291,7 +293,7 @@ pub(super) const SIMULATIONS: StageTable = StageTable {
         key("cells", StageType::Pair, "Width and height in cells, 1 to 2048 each; those that its program says."),
         key(
             "rate_hz",
-            StageType::Number { min: 0.0, is_above: true, max: 1e6 },
+            StageType::Number { min: 0.0, is_above: true, max: RATE_HZ_MAX },
             "How many steps there are in a second; as many as its program says.",
         ),
         key(
@@ -401,7 +403,7 @@ pub(super) const PARTICLES: StageTable = StageTable {
         ),
         key(
             "rate_hz",
-            StageType::Number { min: 0.0, is_above: true, max: 1e6 },
+            StageType::Number { min: 0.0, is_above: true, max: RATE_HZ_MAX },
             "How many steps there are in a second; 60.",
         ),
         key(

@@ -7,8 +7,7 @@ use super::{
 };
 use crate::formats;
 use crate::gltf_file::{LoadError, Loaded, read_file};
-use crate::{Diagnostic, EnvironmentMap, Scene, demo};
-use std::io::Read;
+use crate::{Diagnostic, EnvironmentMap, Scene, demo, input_file};
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
 
@@ -185,15 +184,9 @@ pub fn named_effects(path: &Path) -> Vec<PathBuf> {
 const TOO_LARGE: &str = "it is larger than 16 MiB";
 const NO_TEXT: &str = "it is no text in UTF-8";
 
-/// The text; a device may have no end.
+/// The text.
 fn read_text(path: &Path) -> Result<String, String> {
-    let mut bytes = Vec::new();
-    let file = std::fs::File::open(path).map_err(|error| error.to_string())?;
-    file.take(MAX_STAGE_BYTES + 1).read_to_end(&mut bytes).map_err(|error| error.to_string())?;
-    if bytes.len() as u64 > MAX_STAGE_BYTES {
-        return Err(TOO_LARGE.into());
-    }
-    String::from_utf8(bytes).map_err(|_| NO_TEXT.into())
+    input_file::read_text(path, MAX_STAGE_BYTES).map_err(|error| error.to_string())
 }
 
 /// Where a model lies; none of a built-in scene.
