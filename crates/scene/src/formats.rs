@@ -17,7 +17,7 @@ mod threemf;
 use crate::gltf_file::{
     self, LoadError, Loaded, MAX_FILE_BYTES, checked_relative_path, read_file, references::meant_paths,
 };
-use crate::input_file;
+use crate::input_file::{self, InputError};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -159,10 +159,10 @@ fn obj_names(path: &Path) -> Result<Vec<String>, LoadError> {
 fn ply_names(path: &Path) -> Result<Vec<String>, LoadError> {
     let read = || {
         let mut start = Vec::new();
-        File::open(path)?.take(START_BYTES as u64).read_to_end(&mut start)?;
+        input_file::open(path)?.take(START_BYTES as u64).read_to_end(&mut start)?;
         Ok(start)
     };
-    let error = |error: std::io::Error| LoadError::Io { file: path.display().to_string(), message: error.to_string() };
+    let error = |error: InputError| LoadError::Io { file: path.display().to_string(), message: error.to_string() };
     Ok(ply::names(&read().map_err(error)?))
 }
 

@@ -67,7 +67,7 @@ impl Scene {
     }
 
     /// How many primitives are drawn, each counted once for every node that shows it, at any level.
-    pub(crate) fn drawn_primitives(&self) -> usize {
+    pub fn drawn_primitives(&self) -> usize {
         let forms = |material: Option<usize>| {
             let levels = material.and_then(|material| self.materials.get(material)?.levels.as_ref());
             levels.map_or(1, Levels::count)
