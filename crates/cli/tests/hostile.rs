@@ -112,7 +112,7 @@ fn pipes_and_devices_in_place_of_files_are_refused() {
     }
     std::fs::create_dir(folder.join("cube")).expect("a folder");
     for name in ["px", "nx", "py", "ny", "pz", "nz"] {
-        symlink("../p.hdr", folder.join(format!("cube/{name}.hdr"))).expect("linked");
+        symlink("../p.hdr", folder.join(&format!("cube/{name}.hdr"))).expect("linked");
     }
     folder.write("a.stage.toml", b"model = \"m.gltf\"\n[effects]\nchain = [\"p.wgsl\"]\n");
     folder.write("b.stage.toml", b"model = \"m.gltf\"\n[environment]\nfile = \"/dev/zero\"\n");

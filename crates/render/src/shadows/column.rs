@@ -4,17 +4,11 @@ use glam::{Mat3, Vec2, Vec3};
 use manypass_scene::Aabb;
 
 /// The corners of the faces of a box, as indices into [`Aabb::corners`].
-const FACES: [[usize; 4]; 6] =
-    [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
+const FACES: [[usize; 4]; 6] = [[0, 2, 6, 4], [1, 3, 7, 5], [0, 1, 5, 4], [2, 3, 7, 6], [0, 1, 3, 2], [4, 5, 7, 6]];
 
 /// The greatest and the least z in light space of the part of a box that lies within `half_m` of `center` in x and y;
 /// none if the two do not meet.
-pub(super) fn column_range(
-    bounds: &Aabb,
-    light_from_world: &Mat3,
-    center: Vec2,
-    half_m: f32,
-) -> Option<(f32, f32)> {
+pub(super) fn column_range(bounds: &Aabb, light_from_world: &Mat3, center: Vec2, half_m: f32) -> Option<(f32, f32)> {
     if bounds.is_empty() {
         return None;
     }

@@ -246,7 +246,8 @@ impl Shadows {
         }
         frame.is_first = self.is_empty;
         self.is_empty &= frame.tiles.is_empty();
-        frame.views = views.iter().map(|(viewer, table)| view_shadows(viewer, table, &of_lights, settings, dealing)).collect();
+        frame.views =
+            views.iter().map(|(viewer, table)| view_shadows(viewer, table, &of_lights, settings, dealing)).collect();
         frame
     }
 

@@ -1,8 +1,8 @@
 //! Which tiles the lights of a frame want, and how large.
 
+use super::cascades;
 use super::casters::{Caster, Casters, OfLight};
 use super::dealing::is_wide;
-use super::cascades;
 use super::projection::{BORDER_TEXELS, TileProjection, cube_faces, looking_along};
 use super::{Dealing, LightKey, SIDE_MIN, ShadowSettings, Shadows};
 use crate::draws::WorldDraws;
