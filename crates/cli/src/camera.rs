@@ -71,14 +71,14 @@ pub fn resolve(
             Some(inside) => return Ok(inside),
             None => DEFAULT_ORBIT,
         },
-        Place::Default => match own_camera(scene, framing) {
+        Place::Default => match own_camera(scene, framing, aspect) {
             Some(own) => return changed(spec, framing, own),
             None => DEFAULT_ORBIT,
         },
-        Place::Named(name) => return named(scene, name),
+        Place::Named(name) => return named(scene, name, aspect),
         Place::OfFile(index) => {
             let gone = || Failure::usage(format!("camera {index} is not in the scene"), "show another --scene");
-            return of_file(scene, *index).ok_or_else(gone);
+            return of_file(scene, *index, aspect).ok_or_else(gone);
         }
         place => place.clone(),
     };
@@ -118,8 +118,9 @@ fn turning_inside(spec: &CameraSpec, framing: &Framing, turn_deg: f32) -> Option
 }
 
 /// The first camera of the file; of a room without one, the view from inside.
-fn own_camera(scene: &Scene, framing: &Framing) -> Option<(Mat4, Projection)> {
-    scene.first_camera().or_else(|| framing.interior().map(|interior| (interior.world_from_view, interior.projection)))
+fn own_camera(scene: &Scene, framing: &Framing, aspect: f32) -> Option<(Mat4, Projection)> {
+    let of_room = || framing.interior().map(|interior| (interior.world_from_view, interior.projection));
+    scene.first_camera(aspect).or_else(of_room)
 }
 
 /// A camera that is there, with what flags change about it.
@@ -224,19 +225,19 @@ fn node_name(scene: &Scene, index: usize) -> Option<&str> {
     scene.nodes.iter().find(|node| node.camera == Some(index)).map(|node| node.name.as_str())
 }
 
-fn named(scene: &Scene, name: &str) -> Result<(Mat4, Projection), Failure> {
+fn named(scene: &Scene, name: &str, aspect: f32) -> Result<(Mat4, Projection), Failure> {
     let by_name = scene.cameras.iter().position(|camera| camera.name == name);
     let by_node = || (0..scene.cameras.len()).find(|index| node_name(scene, *index) == Some(name));
     let index = by_name.or_else(by_node).or_else(|| name.parse().ok());
-    index.and_then(|index| of_file(scene, index)).ok_or_else(|| {
+    index.and_then(|index| of_file(scene, index, aspect)).ok_or_else(|| {
         let named = scene.placed_cameras().into_iter().map(|(index, ..)| (index, camera_name(scene, index)));
         Failure::usage(format!("there is no camera `{name}`"), choices("cameras", named))
     })
 }
 
-fn of_file(scene: &Scene, index: usize) -> Option<(Mat4, Projection)> {
-    let placed = scene.placed_cameras().into_iter().find(|(placed, ..)| *placed == index);
-    placed.map(|(_, world_from_view, projection)| (world_from_view, projection))
+fn of_file(scene: &Scene, index: usize, aspect: f32) -> Option<(Mat4, Projection)> {
+    let (_, world_from_view, _) = scene.placed_cameras().into_iter().find(|(placed, ..)| *placed == index)?;
+    Some((world_from_view, scene.cameras.get(index)?.projection_in(aspect)))
 }
 
 #[cfg(test)]

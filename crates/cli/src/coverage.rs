@@ -221,7 +221,7 @@ mod tests {
         let ball = primitives::uv_sphere(1.0, 12, 6);
         scene.meshes.push(Mesh { primitives: vec![ball], ..Mesh::default() }.into());
         let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
-        scene.cameras.push(Camera { name: String::new(), projection });
+        scene.cameras.push(Camera { name: String::new(), projection, aspect: None });
         scene.add_node(None, Node { translation: Vec3::Z * 5.0, camera: Some(0), ..Node::default() });
         let of = |has_mesh: bool| Node { mesh: has_mesh.then_some(0), ..Node::default() };
         let fine = scene.add_node(None, of(has_mesh[0]));

@@ -8,7 +8,7 @@ mod simulate;
 use crate::ahead::ReadAhead;
 use crate::args::RenderArgs;
 use crate::chosen::Chosen;
-use crate::failure::{Failure, Kind, say, shown};
+use crate::failure::{self, Failure, Kind, say, shown};
 use crate::gather::{Inputs, Item};
 use crate::interrupt;
 use crate::job::Job;
@@ -193,7 +193,7 @@ impl Batch<'_> {
             for frame in first..=last {
                 let shown = self.job.frames.map(|_| frame);
                 let subject = Subject { names: &item.names, look, frame };
-                self.bar.set_message(shown(&input.stem()).into_owned());
+                self.bar.set_message(failure::shown(&input.stem()).into_owned());
                 *failing = shown;
                 self.places.check(item_index, self.job, subject)?;
                 let files = output::files(self.job, subject);

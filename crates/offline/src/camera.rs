@@ -253,8 +253,9 @@ pub fn scene_cameras(scene: &Scene, width: u32, height: u32) -> Vec<SceneCamera>
             index,
             name: camera.name.clone(),
             node: scene.nodes.iter().position(|node| node.camera == Some(index)),
-            camera: place.map(|(_, world_from_view, projection)| {
-                let view = View { world_from_view: *world_from_view, projection: *projection };
+            camera: place.map(|(_, world_from_view, _)| {
+                let projection = camera.projection_in(width as f32 / height.max(1) as f32);
+                let view = View { world_from_view: *world_from_view, projection };
                 CameraData::new(&view, width, height)
             }),
         }

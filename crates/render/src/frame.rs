@@ -5,7 +5,8 @@ mod picture;
 
 pub use monitors::{Monitored, darken_monitor, monitor_passes};
 pub use picture::{
-    Means, Picture, effect_passes, enlarged_passes, exposure_passes, output_passes, temporal_passes, upscale_passes,
+    Means, Picture, Tint, effect_passes, enlarged_passes, exposure_passes, output_passes, temporal_passes,
+    upscale_passes,
 };
 
 use crate::aov::AovPasses;
@@ -31,7 +32,7 @@ use crate::passes::water::ShownWater;
 use crate::passes::{
     adaptive, background, coverage, direct, emission, environment, fisheye, fog, forward, geometry, gi, gouraud,
     ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, particles, portals, probe_capture, probes,
-    reflections, resolve, shadows, tile_depth, transparency, volumes, water,
+    reflections, resolve, shadows, tile_depth, transmittance, transparency, volumes, water,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
@@ -172,9 +173,10 @@ pub fn view_passes(
     let (radiance, depth) = portals::record(r, &flat.portals, (radiance, depth))?;
     let (radiance, depth) = probe_passes(r, settings, (radiance, depth))?;
     let radiance = particle_passes(r, settings, flat, (linear_depth, &depth), radiance)?;
-    let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
+    let Translucent { radiance, depth, transmittance } = translucent_passes(r, settings, radiance, depth)?;
+    let tint = tint_passes(r, transmittance, &radiance)?;
     let occlusion = occlusion.map(|occlusion| occlusion.texture);
-    Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), occlusion, ..outputs })
+    Ok(ViewOutputs { radiance, depth, gbuffer: Some(gbuffer), occlusion, tint, ..outputs })
 }
 
 /// As [`view_passes`], of surfaces that are shaded where they are drawn.
@@ -233,10 +235,11 @@ fn forward_view_passes(
         Some(linear_depth) => particle_passes(r, settings, flat, (linear_depth, &depth), radiance)?,
         None => radiance,
     };
-    let (radiance, depth) = translucent_passes(r, settings, radiance, depth)?;
+    let Translucent { radiance, depth, transmittance } = translucent_passes(r, settings, radiance, depth)?;
     let radiance = resolve::record(r, "resolve", radiance);
+    let tint = tint_passes(r, transmittance, &radiance)?;
     let occlusion = occlusion.map(|occlusion| occlusion.texture);
-    Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion })
+    Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion, tint })
 }
 
 /// Spheres for probes, where settings ask for them.
@@ -439,20 +442,34 @@ fn forward_passes(
     }
 }
 
+/// What surfaces leave that something is seen through.
+struct Translucent {
+    radiance: Handle,
+    depth: Handle,
+    /// How much of the background comes through, if that is none of radiance and there is glass.
+    transmittance: Option<Handle>,
+}
+
+impl Translucent {
+    fn new((radiance, depth): (Handle, Handle), transmittance: Option<Handle>) -> Self {
+        Self { radiance, depth, transmittance }
+    }
+}
+
 /// Surfaces that light comes through, before what lies behind them; then those that alpha covers, of which those behind
-/// come before if each of their fragments is opaque. Also gives depth.
+/// come before if each of their fragments is opaque.
 fn translucent_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     radiance: Handle,
     depth: Handle,
-) -> Result<(Handle, Handle), ProgramError> {
+) -> Result<Translucent, ProgramError> {
     if !r.view.has_transmissive() {
-        return blended_passes(r, settings, None, radiance, depth);
+        return Ok(Translucent::new(blended_passes(r, settings, None, radiance, depth)?, None));
     }
     if r.view.counts_pairs() {
-        let (pairs, depth) = forward::record_transmissive(r, &settings.fog, None, radiance, depth)?;
-        return blended_passes(r, settings, None, pairs, depth);
+        let (pairs, depth) = forward::record_transmissive(r, &settings.fog, (None, false), radiance, depth)?;
+        return Ok(Translucent::new(blended_passes(r, settings, None, pairs, depth)?, None));
     }
     let is_split = settings.transparency.mode == TransparencyMode::Stochastic && r.view.has_blended();
     let has_far = settings.transparency.refractive_layers > 1;
@@ -461,8 +478,19 @@ fn translucent_passes(
     let (radiance, depth) =
         if is_split { blended_passes(r, settings, peel(Side::Behind), radiance, depth)? } else { (radiance, depth) };
     let far = nearest_m.as_ref().filter(|_| has_far);
-    let (radiance, depth) = transmissive_passes(r, settings, far, radiance, depth)?;
-    blended_passes(r, settings, peel(Side::Before), radiance, depth)
+    let Translucent { radiance, depth, transmittance } = transmissive_passes(r, settings, far, radiance, depth)?;
+    Ok(Translucent::new(blended_passes(r, settings, peel(Side::Before), radiance, depth)?, transmittance))
+}
+
+/// What glass lets through of the background beside what alpha says.
+fn tint_passes(
+    r: &mut Recorder<'_, '_>,
+    transmittance: Option<Handle>,
+    radiance: &Handle,
+) -> Result<Option<Handle>, ProgramError> {
+    let Some(transmittance) = transmittance else { return Ok(None) };
+    let transmittance = resolve::record(r, "transmittance.resolve", transmittance);
+    Ok(Some(transmittance::record_tint(r, &transmittance, radiance)?))
 }
 
 /// The distances of the nearest surfaces that light comes through.
@@ -472,24 +500,58 @@ fn nearest_transmissive(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError
 }
 
 /// Surfaces that light comes through, before what lies behind them: that of others, too, if it is given how far away
-/// the nearest are. Also gives depth.
+/// the nearest are.
 fn transmissive_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     nearest_m: Option<&Handle>,
     radiance: Handle,
     depth: Handle,
-) -> Result<(Handle, Handle), ProgramError> {
-    let (radiance, depth) = if nearest_m.is_some() {
-        let (radiance, behind) = behind_passes(r, "behind.far", radiance)?;
-        let seen = SeenThrough { behind: &behind, beyond: nearest_m };
-        forward::record_transmissive(r, &settings.fog, Some(seen), radiance, depth)?
-    } else {
-        (radiance, depth)
+) -> Result<Translucent, ProgramError> {
+    let mut drawn = Translucent { radiance, depth, transmittance: None };
+    if nearest_m.is_some() {
+        drawn = transmissive_layer(r, settings, nearest_m, drawn)?;
+    }
+    transmissive_layer(r, settings, None, drawn)
+}
+
+/// The nearest of them, or what lies beyond.
+fn transmissive_layer(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    beyond: Option<&Handle>,
+    Translucent { radiance, depth, transmittance }: Translucent,
+) -> Result<Translucent, ProgramError> {
+    let fog = &settings.fog;
+    let is_far = beyond.is_some();
+    let (radiance, mean) =
+        resolve::record_between(r, if is_far { "behind.far.resolve" } else { "behind.resolve" }, radiance);
+    let so_far = mean.as_ref().unwrap_or(&radiance);
+    let behind = mips_of(r, if is_far { "behind.far" } else { "behind" }, so_far)?;
+    // A background that is none of radiance is laid behind the picture at its end.
+    let is_apart = settings.background.source != Background::Environment;
+    let uncovered = match transmittance {
+        None if is_apart => Some(transmittance::record_uncovered(r, so_far)?),
+        transmittance => transmittance,
     };
-    let (radiance, behind) = behind_passes(r, "behind", radiance)?;
-    let seen = SeenThrough { behind: &behind, beyond: None };
-    forward::record_transmissive(r, &settings.fog, Some(seen), radiance, depth)
+    let seen = SeenThrough { behind: &behind, beyond };
+    let (radiance, depth) = forward::record_transmissive(r, fog, (Some(seen), is_apart), radiance, depth)?;
+    let Some(uncovered) = uncovered else { return Ok(Translucent { radiance, depth, transmittance: None }) };
+    let name = if is_far { "transmittance.behind.far" } else { "transmittance.behind" };
+    let (uncovered, mean) = resolve::record_between(r, format!("{name}.resolve"), uncovered);
+    let behind = mips_of(r, name, mean.as_ref().unwrap_or(&uncovered))?;
+    let seen = SeenThrough { behind: &behind, beyond };
+    let transmittance = forward::record_transmittance(r, fog, seen, uncovered, &depth)?;
+    Ok(Translucent { radiance, depth, transmittance: Some(transmittance) })
+}
+
+/// A picture with mips, of one whose pixels have one sample.
+fn mips_of(r: &mut Recorder<'_, '_>, name: &'static str, picture: &Handle) -> Result<Handle, ProgramError> {
+    let (width, height) = r.view.size;
+    let desc = TextureDesc { mips: width.max(height).ilog2() + 1, ..TextureDesc::new_2d(width, height, RADIANCE) };
+    let texture = r.texture_of(name, desc);
+    mips::record_of(r, name, picture, &texture)?;
+    Ok(texture)
 }
 
 /// The picture so far with mips, after radiance itself.
@@ -499,10 +561,7 @@ fn behind_passes(
     radiance: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
     let (radiance, mean) = resolve::record_between(r, format!("{name}.resolve"), radiance);
-    let (width, height) = r.view.size;
-    let desc = TextureDesc { mips: width.max(height).ilog2() + 1, ..TextureDesc::new_2d(width, height, RADIANCE) };
-    let behind = r.texture_of(name, desc);
-    mips::record_of(r, name, mean.as_ref().unwrap_or(&radiance), &behind)?;
+    let behind = mips_of(r, name, mean.as_ref().unwrap_or(&radiance))?;
     Ok((radiance, behind))
 }
 
@@ -578,7 +637,16 @@ pub(crate) fn fisheye_passes(
 ) -> Result<ViewOutputs, ProgramError> {
     let radiance = fisheye::record(r, lens, sample, faces)?;
     let depth = r.texture("depth", wgpu::TextureFormat::Depth32Float);
-    Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion: None })
+    Ok(ViewOutputs {
+        radiance,
+        depth,
+        gbuffer: None,
+        emission: None,
+        ids: None,
+        motion: None,
+        occlusion: None,
+        tint: None,
+    })
 }
 
 /// The numbers of pairs that the same lighting visits, in place of light, of a view that counts them: visited, shaded,
@@ -600,7 +668,7 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
             forward_passes(r, settings, &settings.fog, begun, None)?
         }
     };
-    Ok(translucent_passes(r, settings, pairs, depth)?.0)
+    Ok(translucent_passes(r, settings, pairs, depth)?.radiance)
 }
 
 /// The variables of the frame in a view of their own, for pictures that are shaded at another size: all that is known
@@ -632,7 +700,7 @@ fn surface_passes(
     let step = variables.camera_step.as_ref();
     let motion = wanted.motion.then(|| motion::record(r, &geometry.depth, step)).transpose()?;
     let depth = geometry.depth;
-    Ok((ViewOutputs { radiance, depth, gbuffer: None, emission, ids, motion, occlusion: None }, gbuffer))
+    Ok((ViewOutputs { radiance, depth, gbuffer: None, emission, ids, motion, occlusion: None, tint: None }, gbuffer))
 }
 
 /// What a view records for variables alone.

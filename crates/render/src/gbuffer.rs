@@ -104,4 +104,6 @@ pub struct ViewOutputs {
     pub motion: Option<Handle>,
     /// The share of the environment's light that reaches surfaces, if it was found.
     pub occlusion: Option<Handle>,
+    /// What comes through glass of a background that is none of radiance, beside what alpha says (`transmittance`).
+    pub tint: Option<Handle>,
 }

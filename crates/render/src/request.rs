@@ -236,7 +236,7 @@ impl FrameRequest {
     /// studio, or else in the studio. Where the scene brings lights, [`crate::Renderer::expose`] finds the exposure.
     pub fn of_scene(scene: &Scene, width: u32, height: u32) -> Self {
         let (aspect, framing) = (width as f32 / height.max(1) as f32, Framing::of_scene(scene));
-        let (world_from_view, projection) = scene.first_camera().unwrap_or_else(|| framing.automatic(aspect));
+        let (world_from_view, projection) = scene.first_camera(aspect).unwrap_or_else(|| framing.automatic(aspect));
         let ground_height_m = framing.lowest_m();
         let camera = View { world_from_view, projection };
         let overlay = scene.overlay.clone();

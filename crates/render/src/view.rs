@@ -130,7 +130,7 @@ impl View {
     /// and 28° above, or a room from inside. `aspect` is the picture's width / height. As of the last
     /// [`Scene::update_transforms`].
     pub fn of_scene(scene: &Scene, aspect: f32) -> Self {
-        if let Some((world_from_view, projection)) = scene.first_camera() {
+        if let Some((world_from_view, projection)) = scene.first_camera(aspect) {
             return Self { world_from_view, projection };
         }
         Self::framing(&Framing::of_scene(scene), aspect)

@@ -140,7 +140,7 @@ fn add_square(scene: &mut Scene, change: impl FnOnce(&mut Primitive)) -> NodeId 
 fn flat_scene() -> Scene {
     let mut scene = Scene::default();
     let projection = Projection::Orthographic { height_m: 4.0, near_m: 0.1, far_m: 10.0 };
-    scene.cameras.push(Camera { name: "flat".into(), projection });
+    scene.cameras.push(Camera { name: "flat".into(), projection, aspect: None });
     scene.add_node(None, Node { camera: Some(0), translation: Vec3::Z * 5.0, ..Node::default() });
     scene
 }

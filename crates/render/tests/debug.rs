@@ -20,7 +20,7 @@ const VIEWS: [&str; 6] = ["lights", "overdraw", "uv", "normals", "texel_density"
 fn scene() -> Scene {
     let projection = Projection::Orthographic { height_m: 1.0, near_m: 0.1, far_m: 10.0 };
     let mut scene = Scene::default();
-    scene.cameras.push(Camera { name: "camera".into(), projection });
+    scene.cameras.push(Camera { name: "camera".into(), projection, aspect: None });
     scene.add_node(None, Node { translation: Vec3::Z * 5.0, camera: Some(0), ..Node::default() });
     scene
 }

@@ -41,7 +41,7 @@ fn striped_floor() -> Scene {
     scene.meshes.push(Mesh { primitives: vec![floor], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
     let projection = Projection::Perspective { fov_y_rad: 45f32.to_radians(), near_m: 0.05, far_m: None };
-    scene.cameras.push(Camera { name: "eye".into(), projection });
+    scene.cameras.push(Camera { name: "eye".into(), projection, aspect: None });
     scene.add_node(
         None,
         Node {
@@ -157,7 +157,7 @@ fn square(material: Material) -> Scene {
     scene.materials.push(material);
     scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
     let projection = Projection::Orthographic { height_m: 1.0, near_m: 0.1, far_m: 10.0 };
-    scene.cameras.push(Camera { name: "eye".into(), projection });
+    scene.cameras.push(Camera { name: "eye".into(), projection, aspect: None });
     let rotation = Quat::from_rotation_x(-std::f32::consts::FRAC_PI_2);
     scene.add_node(None, Node { camera: Some(0), translation: Vec3::Y, rotation, ..Node::default() });
     scene.update_transforms();

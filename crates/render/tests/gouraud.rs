@@ -38,7 +38,7 @@ fn scene(cells: u16) -> Scene {
     scene.meshes.push(Mesh { primitives: vec![floor], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
     let projection = Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: None };
-    scene.cameras.push(Camera { name: "camera".into(), projection });
+    scene.cameras.push(Camera { name: "camera".into(), projection, aspect: None });
     let (translation, rotation) = (Vec3::new(0.0, 5.0, 6.0), Quat::from_rotation_x(-0.7));
     scene.add_node(None, Node { translation, rotation, camera: Some(0), ..Node::default() });
     let spot = LightKind::Spot { inner_cone_rad: 0.2, outer_cone_rad: 0.7 };

@@ -457,7 +457,7 @@ fn shadows_follow_height_maps_that_are_swapped() {
     let rotation = Quat::from_rotation_x(-0.5) * Quat::from_rotation_y(0.6);
     scene.add_node(None, Node { rotation, light: Some(0), ..Node::default() });
     let projection = Projection::Perspective { fov_y_rad: 0.6, near_m: 0.1, far_m: None };
-    scene.cameras.push(Camera { name: String::new(), projection });
+    scene.cameras.push(Camera { name: String::new(), projection, aspect: None });
     scene.add_node(None, Node { translation: Vec3::Z * 4.0, camera: Some(0), ..Node::default() });
     let (low, high) = ([0, 0, 0, 255], [255; 4]);
     for (index, colors) in [[low, high], [high, high]].into_iter().enumerate() {

@@ -37,7 +37,7 @@ fn scene_of(grid: ProbeGrid) -> (Scene, FrameRequest) {
     let mut scene = Scene::default();
     add(&mut scene, uv_sphere(RADIUS_M, 128, 64), white(), Node { layers: 2, ..Node::default() });
     let projection = Projection::Perspective { fov_y_rad: 0.7, near_m: 0.05, far_m: None };
-    scene.cameras.push(Camera { name: String::new(), projection });
+    scene.cameras.push(Camera { name: String::new(), projection, aspect: None });
     scene.add_node(None, Node { translation: Vec3::new(0.0, 0.0, 1.6), camera: Some(0), ..Node::default() });
     scene.probes.push(grid);
     scene.update_transforms();

@@ -197,6 +197,7 @@ fn mirrors_in_mirrors_end_at_the_stated_depth() {
     scene.cameras.push(Camera {
         name: String::new(),
         projection: Projection::Perspective { fov_y_rad: 1.2, near_m: 0.01, far_m: None },
+        aspect: None,
     });
     // Between two mirrors that face each other, from above, so that images rise towards the horizon.
     let rotation = Quat::from_rotation_x(-0.25);
@@ -267,6 +268,7 @@ fn before_chequers(roughness: f32) -> Scene {
     scene.cameras.push(Camera {
         name: String::new(),
         projection: Projection::Perspective { fov_y_rad: 0.8, near_m: 0.01, far_m: None },
+        aspect: None,
     });
     let rotation = look_along(Vec3::new(0.15, 0.55, 0.0) - Vec3::new(0.3, 0.9, 1.6), Vec3::Y).unwrap();
     scene.add_node(None, Node { camera: Some(0), translation: Vec3::new(0.3, 0.9, 1.6), rotation, ..Node::default() });

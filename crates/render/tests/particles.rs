@@ -124,7 +124,7 @@ fn they_stay_before_planes_and_before_what_a_camera_sees() {
     scene.meshes.push(Mesh { primitives: vec![cube(Vec3::ONE)], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh: Some(0), translation: 0.5 * Vec3::Y, ..Node::default() });
     let projection = Projection::Orthographic { height_m: 4.0, near_m: 0.1, far_m: 10.0 };
-    scene.cameras.push(Camera { name: "above".into(), projection });
+    scene.cameras.push(Camera { name: "above".into(), projection, aspect: None });
     let rotation = look_along(Vec3::NEG_Y, Vec3::NEG_Z).unwrap();
     let above = Node { camera: Some(0), translation: 5.0 * Vec3::Y, rotation, ..Node::default() };
     let above = scene.add_node(None, above);
@@ -154,6 +154,7 @@ fn puff(look: Look, places: &[(&str, f32)]) -> (Scene, FrameRequest) {
     scene.cameras.push(Camera {
         name: "Main".into(),
         projection: Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None },
+        aspect: None,
     });
     scene.add_node(None, Node { camera: Some(0), ..Node::default() });
     scene.update_transforms();

@@ -18,7 +18,7 @@ const DIAMETER_PX: f32 = 6.0;
 fn scene(height_m: f32, primitives: Vec<Primitive>) -> Scene {
     let mut scene = Scene::default();
     let projection = Projection::Orthographic { height_m, near_m: 0.1, far_m: 10.0 };
-    scene.cameras.push(Camera { name: "camera".into(), projection });
+    scene.cameras.push(Camera { name: "camera".into(), projection, aspect: None });
     scene.add_node(None, Node { translation: Vec3::Z * 5.0, camera: Some(0), ..Node::default() });
     let mut material = Material { shading_model: ShadingModel::Unlit, ..Material::default() };
     material.base_color_factor = Vec3::ONE.extend(1.0);

@@ -29,7 +29,7 @@ fn scene_of(primitive: Primitive, grid: ProbeGrid) -> (Scene, FrameRequest) {
     scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
     let projection = Projection::Perspective { fov_y_rad: 0.7, near_m: 0.05, far_m: None };
-    scene.cameras.push(Camera { name: String::new(), projection });
+    scene.cameras.push(Camera { name: String::new(), projection, aspect: None });
     let rotation = look_along(-EYE, Vec3::Y).unwrap();
     scene.add_node(None, Node { translation: EYE, rotation, camera: Some(0), ..Node::default() });
     scene.probes.push(grid);

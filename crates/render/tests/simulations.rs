@@ -228,7 +228,7 @@ fn slide() -> Scene {
     let at = |x: f32| Vec3::new(x, 0.104, 0.2);
     let sled = scene.add_node(None, Node { mesh: Some(1), translation: at(-0.5), layers: 2, ..Node::default() });
     let projection = Projection::Orthographic { height_m: 2.0, near_m: 0.01, far_m: 5.0 };
-    scene.cameras.push(Camera { name: String::new(), projection });
+    scene.cameras.push(Camera { name: String::new(), projection, aspect: None });
     let rotation = look_along(Vec3::Y, Vec3::NEG_Z).unwrap();
     let below = Node { camera: Some(0), translation: -Vec3::Y, rotation, ..Node::default() };
     let below = scene.add_node(None, below);
@@ -343,7 +343,7 @@ fn materials_show_pictures_of_simulations() {
     scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
     scene.update_transforms();
     let projection = Projection::Orthographic { height_m: 1.0, near_m: 0.1, far_m: 2.0 };
-    scene.cameras.push(Camera { name: "above".into(), projection });
+    scene.cameras.push(Camera { name: "above".into(), projection, aspect: None });
     let rotation = look_along(-Vec3::Y, -Vec3::Z).unwrap();
     scene.add_node(None, Node { camera: Some(0), translation: Vec3::Y, rotation, ..Node::default() });
     scene.update_transforms();

@@ -21,7 +21,7 @@ const PERSPECTIVE: Projection = Projection::Perspective { fov_y_rad: 0.4, near_m
 /// A scene with a camera at +Z that looks along −Z from 5 m.
 fn scene(projection: Projection) -> Scene {
     let mut scene = Scene::default();
-    scene.cameras.push(Camera { name: "camera".into(), projection });
+    scene.cameras.push(Camera { name: "camera".into(), projection, aspect: None });
     scene.add_node(None, Node { translation: Vec3::Z * 5.0, camera: Some(0), ..Node::default() });
     scene
 }

@@ -50,7 +50,7 @@ fn room(walls: [Vec3; 6], ball: Material, at: Vec3) -> (Scene, FrameRequest) {
     }
     add(&mut scene, uv_sphere(0.5, 128, 64), ball, at);
     let projection = Projection::Perspective { fov_y_rad: 0.7, near_m: 0.05, far_m: None };
-    scene.cameras.push(Camera { name: String::new(), projection });
+    scene.cameras.push(Camera { name: String::new(), projection, aspect: None });
     let eye = Vec3::new(0.3, 0.4, 2.2);
     let rotation = look_along(at - eye, Vec3::Y).unwrap();
     scene.add_node(None, Node { translation: eye, rotation, camera: Some(0), ..Node::default() });

@@ -157,6 +157,7 @@ fn pool(depth_m: f32) -> (Scene, FrameRequest) {
     scene.cameras.push(Camera {
         name: "slant".into(),
         projection: Projection::Perspective { fov_y_rad: 0.7, near_m: 0.1, far_m: None },
+        aspect: None,
     });
     let eye = Vec3::new(-3.0, 2.5, 0.0);
     let rotation = look_along(Vec3::new(0.0, -0.3, 0.0) - eye, Vec3::Y).unwrap();
@@ -271,6 +272,7 @@ fn the_mean_of_waves_is_what_the_waves_that_are_too_fine_are_shaded_with() {
     scene.cameras.push(Camera {
         name: "above".into(),
         projection: Projection::Perspective { fov_y_rad: 0.02, near_m: 1.0, far_m: None },
+        aspect: None,
     });
     let eye = Vec3::new(0.0, 150.0, 150.0);
     let rotation = look_along(-eye, Vec3::Y).unwrap();

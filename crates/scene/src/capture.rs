@@ -108,8 +108,9 @@ impl Monitor {
             MonitorCamera::Node(id) => {
                 let node = scene.nodes.get(id.0 as usize)?;
                 let camera = scene.cameras.get(node.camera?)?;
+                let aspect = self.width as f32 / self.height.max(1) as f32;
                 let (_, rotation, translation) = node.world_from_object.to_scale_rotation_translation();
-                Some((Mat4::from_rotation_translation(rotation, translation), camera.projection))
+                Some((Mat4::from_rotation_translation(rotation, translation), camera.projection_in(aspect)))
             }
         }
     }

@@ -165,6 +165,7 @@ pub fn hall() -> Scene {
     hall.demo.scene.cameras.push(Camera {
         name: "nave".into(),
         projection: Projection::Perspective { fov_y_rad: 0.9, near_m: 0.1, far_m: Some(200.0) },
+        aspect: None,
     });
     hall.demo.scene.add_node(None, Node { translation: eye, rotation, camera: Some(0), ..Node::default() });
     hall.demo.scene.exposure_stops = Some(0.0);

@@ -175,15 +175,17 @@ pub fn look_along(direction: Vec3, up: Vec3) -> Option<Quat> {
 
 impl Scene {
     /// `world_from_view` and the projection of the first of [`Scene::placed_cameras`] that no monitor shows: what a scene
-    /// is seen through where nobody says.
-    pub fn first_camera(&self) -> Option<(Mat4, Projection)> {
+    /// is seen through where nobody says, in a picture whose width is `aspect` times its height.
+    pub fn first_camera(&self, aspect: f32) -> Option<(Mat4, Projection)> {
         let node_of = |monitor: &Monitor| match monitor.camera {
             MonitorCamera::Node(id) => self.nodes.get(id.0 as usize)?.camera,
             MonitorCamera::Fixed { .. } => None,
         };
         let shown: Vec<usize> = self.monitors().filter_map(|(_, _, monitor)| node_of(monitor)).collect();
         let placed = self.placed_cameras().into_iter().find(|(index, ..)| !shown.contains(index));
-        placed.map(|(_, world_from_view, projection)| (world_from_view, projection))
+        placed.and_then(|(index, world_from_view, _)| {
+            Some((world_from_view, self.cameras.get(index)?.projection_in(aspect)))
+        })
     }
 
     /// The cameras of visible nodes in the order of the file, each with its index, `world_from_view` without the scale

@@ -148,6 +148,29 @@ fn joint_matrices_are_the_world_times_the_inverse_bind() {
     assert_eq!((bounds.min, bounds.max), (vec3(-2.0, 3.0, 0.0), vec3(0.0, 5.0, 0.0)));
 }
 
+/// glTF: what a camera sees should not be cropped, whatever shape the picture has.
+#[test]
+fn all_that_a_camera_sees_is_in_pictures_of_every_shape() {
+    let perspective = json!({ "type": "perspective", "perspective": { "yfov": 0.5, "znear": 0.1, "aspectRatio": 2 } });
+    let parallel = json!({ "type": "orthographic", "orthographic": { "xmag": 4, "ymag": 2, "znear": 0, "zfar": 8 } });
+    let shapeless = json!({ "type": "perspective", "perspective": { "yfov": 0.5, "znear": 0.1 } });
+    let (tangent, height) = ((0.25f32).tan(), 2.0);
+    for (camera, half_height, is_shaped) in
+        [(perspective, tangent, true), (parallel, height, true), (shapeless, tangent, false)]
+    {
+        let mut model = Model::triangle();
+        model.json["cameras"] = json!([camera]);
+        model.json["nodes"][0]["camera"] = json!(0);
+        let scene = model.load().scene;
+        for aspect in [0.5f32, 1.0, 1.9, 2.0, 3.0] {
+            let (_, projection) = scene.first_camera(aspect).unwrap();
+            let half = projection.half_extent(aspect);
+            let expected = if is_shaped { half_height * (2.0 / aspect).max(1.0) } else { half_height };
+            assert!((half.y / expected - 1.0).abs() < 1e-5, "{camera} at {aspect}: {half}");
+        }
+    }
+}
+
 #[test]
 fn cameras_of_both_kinds_are_read() {
     let read = |camera: Value| {

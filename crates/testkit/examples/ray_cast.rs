@@ -32,8 +32,9 @@ fn main() -> Result<(), Box<dyn Error>> {
     if let Some(lux) = value("sun")? {
         add_sun(&mut scene, lux as f32);
     }
+    let aspect = width as f32 / height as f32;
     let (world_from_view, projection) =
-        scene.first_camera().unwrap_or_else(|| Framing::of_scene(&scene).automatic(width as f32 / height as f32));
+        scene.first_camera(aspect).unwrap_or_else(|| Framing::of_scene(&scene).automatic(aspect));
     let mut world = World::of_scene(&scene, Camera::new(world_from_view, projection));
     if let Some(radius_m) = value("radius")? {
         world.lights.iter_mut().for_each(|light| light.radius_m = radius_m);

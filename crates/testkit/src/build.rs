@@ -26,7 +26,7 @@ impl SceneBuilder {
     /// Nothing but a camera at `eye_world` that looks at `target_world`.
     pub fn new(eye_world: Vec3, target_world: Vec3, projection: Projection) -> Self {
         let mut builder = Self::default();
-        builder.scene.cameras.push(Camera { name: "camera".into(), projection });
+        builder.scene.cameras.push(Camera { name: "camera".into(), projection, aspect: None });
         let rotation = rotation_along(target_world - eye_world);
         builder.scene.add_node(None, Node { translation: eye_world, rotation, camera: Some(0), ..Node::default() });
         builder

@@ -41,7 +41,7 @@ impl Builder {
             lens,
         };
         let mut scene = Scene::default();
-        scene.cameras.push(Camera { name: "camera".into(), projection });
+        scene.cameras.push(Camera { name: "camera".into(), projection, aspect: None });
         scene.add_node(None, Node { translation: eye_world, rotation, camera: Some(0), ..Node::default() });
         Self { scene, world: World::new(camera) }
     }

@@ -51,7 +51,7 @@ pub(crate) fn start(scene: &Scene, framing: &Framing, aspect: f32) -> Orbit {
 }
 
 fn own_camera(scene: &Scene, framing: &Framing, aspect: f32) -> (Mat4, Projection) {
-    scene.first_camera().unwrap_or_else(|| framing.automatic(aspect))
+    scene.first_camera(aspect).unwrap_or_else(|| framing.automatic(aspect))
 }
 
 #[cfg(test)]
@@ -88,7 +88,7 @@ mod tests {
         let whole = resolve(None, &scene, &framing, 1.0);
         assert!(whole.0.abs_diff_eq(resolve(Some(start(&scene, &framing, 1.0)), &scene, &framing, 1.0).0, 1e-5));
         let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
-        scene.cameras.push(Camera { name: String::new(), projection });
+        scene.cameras.push(Camera { name: String::new(), projection, aspect: None });
         for place in [Vec3::new(0.3, 1.0, 7.0), Vec3::new(0.2, 0.1, -0.5)] {
             let rotation = Quat::from_rotation_y(0.4) * Quat::from_rotation_x(-0.3);
             let node =

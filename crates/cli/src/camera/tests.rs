@@ -60,7 +60,7 @@ fn eye_looks_at_the_target_even_straight_down() {
 fn the_files_camera_wins_without_flags() {
     let mut scene = unit_scene();
     let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
-    scene.cameras.push(Camera { name: "Main".into(), projection });
+    scene.cameras.push(Camera { name: "Main".into(), projection, aspect: None });
     scene.add_node(
         None,
         Node { camera: Some(0), translation: Vec3::new(0.0, 0.0, 7.0), scale: Vec3::splat(3.0), ..Node::default() },
@@ -82,7 +82,7 @@ fn the_files_camera_wins_without_flags() {
 /// A camera at z = 7 that looks along −Z.
 fn scene_with_camera(projection: Projection) -> Scene {
     let mut scene = unit_scene();
-    scene.cameras.push(Camera { name: "Main".into(), projection });
+    scene.cameras.push(Camera { name: "Main".into(), projection, aspect: None });
     scene.add_node(None, Node { camera: Some(0), translation: Vec3::new(0.0, 0.0, 7.0), ..Node::default() });
     scene.update_transforms();
     scene

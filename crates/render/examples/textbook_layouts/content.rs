@@ -171,7 +171,7 @@ impl Content {
 
     fn add_camera(&mut self) {
         let projection = Projection::Perspective { fov_y_rad: FOV_Y_RAD, near_m: NEAR_M, far_m: Some(FAR_M) };
-        self.scene.cameras.push(Camera { name: "camera".into(), projection });
+        self.scene.cameras.push(Camera { name: "camera".into(), projection, aspect: None });
         let (_, rotation, translation) = world_from_view().to_scale_rotation_translation();
         let rotation: Quat = rotation.normalize();
         self.scene.add_node(None, Node { camera: Some(0), translation, rotation, ..Node::default() });

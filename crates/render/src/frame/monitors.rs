@@ -57,7 +57,7 @@ pub fn monitor_passes(
         }
         Means::None | Means::Both(_) | Means::Parts { .. } => (None, tone_map::Display { is_mean: false, ..linear }),
     };
-    let shown = tone_map::Shown { radiance: mean.as_ref().unwrap_or(radiance), glow: None, adapted };
+    let shown = tone_map::Shown { radiance: mean.as_ref().unwrap_or(radiance), glow: None, adapted, tint: None };
     let first = r.graph.subview(&texture, 0, 0);
     tone_map::record(r, "monitor", &settings.tone_map, left, shown, first)?;
     mips::record(r, "monitor", mips::Filter::Box, &texture)?;

@@ -6,6 +6,7 @@ use crate::gbuffer::{Gbuffer, RADIANCE, ViewOutputs};
 use crate::overlay::draw::OverlayDraw;
 use crate::passes::accumulate::Part;
 use crate::passes::present::Target;
+use crate::passes::tone_map::ToneMapSettings;
 use crate::passes::upscale::UpscaleMethod;
 use crate::passes::{
     accumulate, adaptive, debug, forward, meter, nearest, overlay, present, scrub, taa, tone_map, upscale,
@@ -126,8 +127,19 @@ pub fn output_passes<'f>(
     picture: Picture<'_>,
     effects: &'f [Arc<dyn Effect>],
 ) -> Result<(), ProgramError> {
-    let Picture { display, target, is_shown, sample_index, exposure, adapted, depth, adaptive_step, overlay, settling } =
-        picture;
+    let Picture {
+        display,
+        target,
+        is_shown,
+        sample_index,
+        exposure,
+        adapted,
+        depth,
+        adaptive_step,
+        overlay,
+        settling,
+        tint,
+    } = picture;
     // Before what comes over it, where that cannot be blended with it.
     let (display, over) = match overlay {
         Some(_) if may_be_transparent(settings) => (r.texture_of("overlay.below", display.desc()), Some(display)),
@@ -170,24 +182,18 @@ pub fn output_passes<'f>(
         }
     };
     let radiance = mean.as_ref().unwrap_or(radiance);
-    let shown = tone_map::Shown { radiance, glow: glow.as_ref(), adapted };
+    let tint = tint.map(|tint| tint_passes(r, of_radiance, tint)).transpose()?;
+    let shown = tone_map::Shown { radiance, glow: glow.as_ref(), adapted, tint: tint.as_ref().map(|(tint, _)| tint) };
     let is_of_display =
         |effect: &&Arc<dyn Effect>| is_shown && effect.is_on() && effect.stage() == EffectStage::Display;
-    let tone = &settings.tone_map;
-    let display = if effects.iter().any(|effect| is_of_display(&effect)) {
-        let linear = r.texture_of("tone_map.linear", TextureDesc { format: RADIANCE, ..display.desc() });
-        let left = tone_map::Display { encodes: false, ..left };
-        let linear = tone_map::record(r, "tone_map", tone, left, shown, linear)?;
-        let linear = effect::record(r, effects, EffectStage::Display, &FrameTextures::default(), linear)?;
-        scrub::count(r, "scrub.display.count".into(), &linear)?;
-        let shown = tone_map::Shown { radiance: &linear, glow: None, adapted: None };
-        tone_map::record(r, "tone_map.encode", tone, tone_map::ENCODING, shown, display)?
-    } else {
-        tone_map::record(r, "tone_map", tone, left, shown, display)?
-    };
+    let on_display = effects.iter().any(|effect| is_of_display(&effect)).then_some(effects);
+    let display = display_passes(r, &settings.tone_map, (left, shown), on_display, display)?;
     let display = debug::record(r, &settings.debug, display)?;
     let display = overlay_passes(r, overlay, display, over)?;
     for mean in mean.into_iter().chain(glow) {
+        r.graph.export(mean);
+    }
+    if let Some((mean, true)) = tint {
         r.graph.export(mean);
     }
     if let Some(target) = target {
@@ -198,6 +204,37 @@ pub fn output_passes<'f>(
         r.graph.export(display);
     }
     Ok(())
+}
+
+/// Adds what comes through glass of the background to its mean, if it has one. Returns what there is of it so far, and
+/// whether that is a mean.
+fn tint_passes(
+    r: &mut Recorder<'_, '_>,
+    share: accumulate::Share,
+    Tint { texture, mean }: Tint,
+) -> Result<(Handle, bool), ProgramError> {
+    Ok(match mean {
+        Some(mean) => (accumulate::record(r, "accumulate.tint", share, &texture, mean)?, true),
+        None => (texture, false),
+    })
+}
+
+/// The display transform of what is `left`, with the effects on display colours between its halves, if there are any.
+fn display_passes<'f>(
+    r: &mut Recorder<'_, 'f>,
+    tone: &ToneMapSettings,
+    (left, shown): (tone_map::Display, tone_map::Shown<'_>),
+    effects: Option<&'f [Arc<dyn Effect>]>,
+    display: Handle,
+) -> Result<Handle, ProgramError> {
+    let Some(effects) = effects else { return tone_map::record(r, "tone_map", tone, left, shown, display) };
+    let linear = r.texture_of("tone_map.linear", TextureDesc { format: RADIANCE, ..display.desc() });
+    let left = tone_map::Display { encodes: false, ..left };
+    let linear = tone_map::record(r, "tone_map", tone, left, shown, linear)?;
+    let linear = effect::record(r, effects, EffectStage::Display, &FrameTextures::default(), linear)?;
+    scrub::count(r, "scrub.display.count".into(), &linear)?;
+    let shown = tone_map::Shown { radiance: &linear, glow: None, adapted: None, tint: None };
+    tone_map::record(r, "tone_map.encode", tone, tone_map::ENCODING, shown, display)
 }
 
 /// Whether a picture may let something through.
@@ -266,4 +303,15 @@ pub struct Picture<'t> {
     pub adaptive_step: adaptive::Step,
     /// What that is done to.
     pub settling: Option<adaptive::Settling>,
+    /// What comes through glass of the background beside what alpha says, if there is any.
+    pub tint: Option<Tint>,
+}
+
+/// What comes through glass of the background beside what alpha says.
+#[derive(Debug)]
+pub struct Tint {
+    /// Of the frame.
+    pub texture: Handle,
+    /// The mean that it is added to, where the picture or its radiance is one.
+    pub mean: Option<accumulate::Mean>,
 }

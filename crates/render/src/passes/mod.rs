@@ -37,6 +37,7 @@ pub mod shadows;
 pub mod taa;
 pub mod tile_depth;
 pub mod tone_map;
+pub mod transmittance;
 pub mod transparency;
 pub mod upscale;
 pub mod volumes;

@@ -37,6 +37,8 @@ pub(super) struct Output {
     pub radiance_sums: Vec<Kept>,
     /// The mean of what glows. None or two textures.
     glow_sums: Vec<Kept>,
+    /// The mean of what comes through glass of the background beside what alpha says. None, one or two textures.
+    pub tint_sums: Vec<Kept>,
     /// Which tiles of the picture are settled, and the mean of half of its samples; once they were needed.
     settling: Option<[Kept; 2]>,
     pub display: Kept,
@@ -64,6 +66,8 @@ pub(super) struct ViewState {
     pub pre_exposure: f32,
     /// What radiance is laid over where it is read, if that is a colour, and what makes radiance of it.
     pub background_radiance: (Background, f32),
+    /// Whether there is glass before a background that is none of radiance.
+    pub has_tint: bool,
     /// Pixels that half floats clamped, as of the last time radiance was read.
     pub clamped_pixels: AtomicU64,
     /// The last frame that was anti-aliased by those before it.
@@ -90,6 +94,7 @@ impl ViewState {
             means_of: MeansOf::Nothing,
             pre_exposure: 1.0,
             background_radiance: (Background::Transparent, 1.0),
+            has_tint: false,
             clamped_pixels: AtomicU64::new(0),
             temporal: None,
             adapted: None,
@@ -208,7 +213,15 @@ impl Output {
 
     fn new(gpu: &Gpu, size: (u32, u32), texture_size: (u32, u32)) -> Self {
         let display = create(gpu, "display", DISPLAY, texture_size);
-        Self { size, sums: Vec::new(), radiance_sums: Vec::new(), glow_sums: Vec::new(), settling: None, display }
+        Self {
+            size,
+            sums: Vec::new(),
+            radiance_sums: Vec::new(),
+            glow_sums: Vec::new(),
+            tint_sums: Vec::new(),
+            settling: None,
+            display,
+        }
     }
 
     /// Adds the textures that these means take beyond those that are there.
@@ -223,6 +236,26 @@ impl Output {
         while self.glow_sums.len() < glow_sums {
             self.glow_sums.push(create(gpu, "accumulate.glow_sum", SUM, texture_size));
         }
+    }
+
+    /// Adds the textures for the mean of what comes through glass, as those for the first mean are.
+    pub fn with_tint(&mut self, gpu: &Gpu) {
+        let size = self.display.texture.size();
+        while self.tint_sums.len() < self.sums.len() {
+            self.tint_sums.push(create(gpu, "accumulate.tint_sum", SUM, (size.width, size.height)));
+        }
+    }
+
+    /// The mean of what comes through glass in a graph, if there is any; `previous` is as for [`Self::means`].
+    pub fn tint_mean(&self, graph: &mut Graph<'_>, means_of: MeansOf, previous: usize) -> Option<Mean> {
+        let desc = TextureDesc::new_2d(self.size.0, self.size.1, SUM);
+        if means_of == MeansOf::Nothing {
+            return None;
+        }
+        let mut import =
+            |name, index: usize| Some(graph.import(name, desc, self.tint_sums.get(index & 1)?.view.clone()));
+        let before = if means_of.go_on() { import("accumulate.previous_tint", previous) } else { None };
+        Some(Mean { previous: before, next: import("accumulate.tint_sum", 1 - (previous & 1))? })
     }
 
     /// Adds the textures that tell which tiles are settled.

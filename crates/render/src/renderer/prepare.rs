@@ -665,12 +665,19 @@ pub(super) fn output_of<'o>(
     asked: &Asked,
     slot: &'o mut Option<Output>,
     (purpose, settles): (&Purpose<'_>, bool),
+    has_tint: bool,
 ) -> Option<&'o Output> {
     match purpose {
-        Purpose::Meter(_) | Purpose::Variables => None,
+        Purpose::Meter(_) | Purpose::Variables => return None,
         Purpose::Plan | Purpose::Rounds(_) => {
-            Some(slot.insert(Output::planned(gpu, asked.output_size, asked.means_of, settles)))
+            *slot = Some(Output::planned(gpu, asked.output_size, asked.means_of, settles));
         }
-        _ => Some(Output::of(gpu, slot, asked.output_size, asked.means_of, settles)),
+        _ => {
+            Output::of(gpu, slot, asked.output_size, asked.means_of, settles);
+        }
     }
+    if let Some(output) = slot.as_mut().filter(|_| has_tint) {
+        output.with_tint(gpu);
+    }
+    slot.as_ref()
 }

@@ -41,6 +41,11 @@ impl RenderedView<'_> {
         ))?;
         let rows = rows.start.min(output.size.1)..rows.end.min(output.size.1);
         let (is_first_band, first_row) = (rows.start == 0, rows.start as f32);
+        let tint = output.tint_sums.get(state.latest_sum & 1).filter(|_| state.has_tint);
+        let tint_bytes = match tint {
+            Some(tint) => Some(readback::read_rows(self.gpu, &tint.texture, rows.clone()).await?),
+            None => None,
+        };
         let bytes = readback::read_rows(self.gpu, &sum.texture, rows).await?;
         let mut radiance = readback::reserved(bytes.len() / 4)?;
         radiance.extend(bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])));
@@ -71,6 +76,9 @@ impl RenderedView<'_> {
                     *color += behind * background;
                 }
                 *alpha = 1.0;
+            }
+            if let Some(bytes) = tint_bytes.as_ref().and_then(|bytes| bytes.chunks_exact(16).nth(at)) {
+                lay_over_tinted(pixel, tint_of(bytes), (color_behind, of_background));
             }
         }
         // Bands of rows are read from the top.
@@ -127,6 +135,31 @@ impl RenderedView<'_> {
     pub fn clamped_pixels(&self) -> u64 {
         self.state.clamped_pixels.load(Ordering::Relaxed)
     }
+}
+
+/// What comes through glass of the background beside what alpha says, by channel, as its mean holds it.
+fn tint_of(bytes: &[u8]) -> [f32; 3] {
+    let mut tint = [0.0; 3];
+    for (tint, bytes) in tint.iter_mut().zip(bytes.chunks_exact(4)) {
+        *tint = f32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]) - 1.0;
+    }
+    tint
+}
+
+/// Adds to a pixel what comes through glass of the colour behind it, or else, so that it is right over white, what alpha
+/// does not say; `white` is the radiance of that.
+fn lay_over_tinted(pixel: &mut [f32], tint: [f32; 3], (color_behind, white): (Option<[f32; 3]>, f32)) {
+    let [r, g, b, alpha] = pixel else { return };
+    // What rounding leaves of nothing is nothing.
+    if tint.iter().all(|tint| tint.abs() < 1e-4) {
+        return;
+    }
+    let mean = if color_behind.is_some() { 0.0 } else { tint.iter().sum::<f32>() / 3.0 };
+    let background = color_behind.unwrap_or([white; 3]);
+    for ((color, tint), background) in [r, g, b].into_iter().zip(tint).zip(background) {
+        *color = (*color + (tint - mean) * background).max(0.0);
+    }
+    *alpha = (*alpha - mean).clamp(0.0, 1.0);
 }
 
 impl Renderer {

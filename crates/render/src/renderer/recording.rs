@@ -11,7 +11,7 @@ use super::surroundings::{self, FrameSurroundings, SideView, SurroundingsState};
 use super::water::Surfaces;
 use crate::aov::AovExports;
 use crate::environment::lobe::FACES;
-use crate::frame::{self, Flat, Means, Monitored, Picture};
+use crate::frame::{self, Flat, Means, Monitored, Picture, Tint};
 use crate::gbuffer::{Gbuffer, ViewOutputs};
 use crate::mirror_picture::MirrorPicture;
 use crate::outline::rectangle_of;
@@ -37,6 +37,8 @@ pub(super) struct Recorded {
     pub export: Option<Export>,
     /// The stops of an exposure that adapts.
     pub adapted: Option<Export>,
+    /// Whether there is glass before a background that is none of radiance.
+    pub has_tint: bool,
 }
 
 /// What of a scene all of its views show.
@@ -288,7 +290,7 @@ fn record_view<'f>(
             let (previous_sum, settles) =
                 (asked.previous_sum(state), adaptive_step(asked, ready) != adaptive::Step::None);
             let output = if asked.has_output() {
-                output_of(frame.gpu, asked, &mut state.output, (purpose, settles))
+                output_of(frame.gpu, asked, &mut state.output, (purpose, settles), false)
             } else {
                 None
             };
@@ -309,11 +311,12 @@ fn record_view<'f>(
         }
         None => (r, outputs),
     };
-    let outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
+    let mut outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
+    let has_tint = outputs.tint.is_some();
     let (mut export, mut adapted) = (None, None);
     let previous_sum = asked.previous_sum(state);
     let step = adaptive_step(asked, ready);
-    match output_of(frame.gpu, asked, &mut state.output, (purpose, step != adaptive::Step::None)) {
+    match output_of(frame.gpu, asked, &mut state.output, (purpose, step != adaptive::Step::None), has_tint) {
         None => {
             let meter = meter::record(&mut r, &outputs.radiance)?;
             export = Some(r.graph.export(meter));
@@ -325,7 +328,12 @@ fn record_view<'f>(
             let enlarged =
                 frame::upscale_passes(&mut r, settings, request.display_exposure(), shaded, asked.output_size)?;
             let means = output.means(r.graph, asked.means_of, previous_sum);
+            let tint = outputs.tint.take().map(|texture| {
+                let mean = output.tint_mean(r.graph, asked.means_of, previous_sum);
+                Tint { texture, mean }
+            });
             let picture = Picture {
+                tint,
                 display: output.display(r.graph),
                 target: target_of(purpose),
                 is_shown: !matches!(purpose, Purpose::Sample),
@@ -347,7 +355,7 @@ fn record_view<'f>(
     } else {
         AovExports::default()
     };
-    Ok(Recorded { variables, export, adapted })
+    Ok(Recorded { variables, export, adapted, has_tint })
 }
 
 /// What the view does after this sample.

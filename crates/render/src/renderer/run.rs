@@ -470,6 +470,7 @@ fn keep(
             state.has_settled = ready.is_adaptive && (goes_on || looks);
             state.means_of = asked.means_of;
             state.pre_exposure = asked.request.pre_exposure();
+            state.has_tint = recorded.has_tint;
             state.background_radiance = asked.request.background_radiance();
         }
         if let Some(temporal) = asked.temporal.as_ref().filter(|_| purpose.is_picture()) {

@@ -12,6 +12,10 @@ import package::shaders::shading::linear_clamp;
 // Radiance and coverage of what lies behind, with its mips.
 @group(1) @binding(2) var behind: texture_2d<f32>;
 
+// 1 if what is asked is how much of the background comes through, of which `behind` has that up to there: by channel, and
+// as coverage says.
+override shows_transmittance: u32 = 0u;
+
 // A cubic B-spline of four by four texels by four samples (Sigg & Hadwiger 2005, GPU Gems 2), because squares of coarse
 // mips show.
 fn behind_at_mip(uv: vec2f, mip: f32) -> vec4f {
@@ -66,7 +70,10 @@ fn seen_through(shading: Shading, position_world: vec3f, ior: f32) -> vec4f {
     let seen = behind_at(clamp(uv, vec2f(0.0), vec2f(1.0)), mip);
     let beyond = max(abs(uv - 0.5) - 0.5, vec2f(0.0));
     let outside = smoothstep(0.0, 0.1, max(beyond.x, beyond.y));
-    let around = vec4f(environment_reflection(ray, shading.roughness_alpha * blur), 1.0);
+    var around = vec4f(environment_reflection(ray, shading.roughness_alpha * blur), 1.0);
+    if shows_transmittance != 0u {
+        around = vec4f(0.0);
+    }
     let absorbed = exp(-terms.absorption * length_m);
     let found = mix(seen, around, outside);
     return vec4f(found.rgb * absorbed, found.a);

@@ -188,7 +188,7 @@ pub const SIDE: u32 = 40;
 /// A scene with a camera that turns.
 pub fn scene(map: EnvironmentMap, projection: Projection) -> Scene {
     let mut scene = Scene { environment: Some(Arc::new(map)), ..Scene::default() };
-    scene.cameras.push(Camera { name: "camera".into(), projection });
+    scene.cameras.push(Camera { name: "camera".into(), projection, aspect: None });
     scene.add_node(None, Node { camera: Some(0), ..Node::default() });
     scene
 }

@@ -279,7 +279,12 @@ impl Property {
                     (CameraProperty::Far, Projection::Perspective { near_m, far_m, .. }) if values.x > *near_m => {
                         *far_m = Some(values.x);
                     }
-                    (CameraProperty::YMag, Projection::Orthographic { height_m, .. }) => *height_m = 2.0 * values.x,
+                    (CameraProperty::YMag, Projection::Orthographic { height_m, .. }) => {
+                        // The width stays.
+                        let aspect = &mut camera.aspect;
+                        *aspect = aspect.map(|aspect| aspect * *height_m / (2.0 * values.x));
+                        *height_m = 2.0 * values.x;
+                    }
                     (CameraProperty::Near, Projection::Orthographic { near_m, far_m, .. }) if values.x < *far_m => {
                         *near_m = values.x;
                     }

@@ -17,7 +17,7 @@ const HALF_M: f32 = 1.0;
 pub fn cornell() -> Scene {
     let mut place = Demo::default();
     let projection = Projection::Perspective { fov_y_rad: 0.68, near_m: 0.05, far_m: None };
-    place.scene.cameras.push(Camera { name: "Main".into(), projection });
+    place.scene.cameras.push(Camera { name: "Main".into(), projection, aspect: None });
     let eye = Vec3::new(0.0, HALF_M, 4.0);
     place.scene.add_node(None, Node { name: "Main".into(), camera: Some(0), ..pose(eye, Vec3::new(0.0, HALF_M, 0.0)) });
     let matte = |place: &mut Demo, name: &str, color: [f32; 3]| {

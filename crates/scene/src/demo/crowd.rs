@@ -49,7 +49,7 @@ pub fn crowd() -> Scene {
     let sun = Quat::from_rotation_y(0.7) * Quat::from_rotation_x(-0.8);
     scene.add_node(None, Node { rotation: sun, light: Some(0), ..Node::default() });
     let projection = Projection::Perspective { fov_y_rad: 0.6, near_m: 0.1, far_m: None };
-    scene.cameras.push(Camera { name: "field".into(), projection });
+    scene.cameras.push(Camera { name: "field".into(), projection, aspect: None });
     let (eye, target) = (Vec3::new(0.0, 9.0, 15.0), Vec3::new(0.0, 0.0, -12.0));
     let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, (target - eye).normalize());
     scene.add_node(None, Node { translation: eye, rotation, camera: Some(0), ..Node::default() });

@@ -29,7 +29,7 @@ const BALL_M: f32 = 0.32;
 pub fn doors() -> Scene {
     let mut doors = Demo::default();
     let projection = Projection::Perspective { fov_y_rad: 1.02, near_m: 0.05, far_m: None };
-    doors.scene.cameras.push(Camera { name: "Main".into(), projection });
+    doors.scene.cameras.push(Camera { name: "Main".into(), projection, aspect: None });
     let eye = Vec3::new(0.9, 1.6, 2.75);
     let camera = Node { name: "Main".into(), camera: Some(0), ..pose(eye, Vec3::new(-0.55, 1.15, -2.0)) };
     doors.scene.add_node(None, camera);

@@ -27,11 +27,11 @@ const PANEL_M: f32 = 1.25;
 pub fn laboratory() -> Scene {
     let mut place = Demo::default();
     let projection = Projection::Perspective { fov_y_rad: 0.78, near_m: 0.05, far_m: None };
-    place.scene.cameras.push(Camera { name: "Main".into(), projection });
+    place.scene.cameras.push(Camera { name: "Main".into(), projection, aspect: None });
     let (eye, target) = (Vec3::new(0.55, 2.15, 3.1), Vec3::new(0.02, 0.92, -0.55));
     place.scene.add_node(None, Node { name: "Main".into(), camera: Some(0), ..pose(eye, target) });
     let projection = Projection::Orthographic { height_m: 8.0, near_m: 0.1, far_m: 6.0 };
-    place.scene.cameras.push(Camera { name: "Above".into(), projection });
+    place.scene.cameras.push(Camera { name: "Above".into(), projection, aspect: None });
     let rotation = Quat::from_rotation_x(-FRAC_PI_2);
     let above = Node { name: "Above".into(), camera: Some(1), translation: 5.0 * Vec3::Y, rotation, ..Node::default() };
     place.scene.add_node(None, above);

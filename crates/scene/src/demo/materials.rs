@@ -21,7 +21,7 @@ pub fn materials() -> Scene {
     }
     chequer(&mut scene);
     let projection = Projection::Perspective { fov_y_rad: 0.5, near_m: 0.1, far_m: None };
-    scene.cameras.push(Camera { name: "front".into(), projection });
+    scene.cameras.push(Camera { name: "front".into(), projection, aspect: None });
     let eye = Vec3::new(0.0, 1.75, 6.2);
     let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, (Vec3::new(0.0, 1.02, 0.0) - eye).normalize());
     scene.add_node(None, Node { translation: eye, rotation, camera: Some(0), ..Node::default() });

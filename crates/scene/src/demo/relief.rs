@@ -76,7 +76,7 @@ fn lights_and_camera(scene: &mut Scene) {
     let translation = Vec3::new(-1.15, 1.25, -0.55);
     scene.add_node(None, Node { name: "lamp".into(), translation, light: Some(0), ..Node::default() });
     let projection = Projection::Perspective { fov_y_rad: 0.62, near_m: 0.1, far_m: None };
-    scene.cameras.push(Camera { name: "front".into(), projection });
+    scene.cameras.push(Camera { name: "front".into(), projection, aspect: None });
     let eye = Vec3::new(0.75, 1.15, 2.55);
     let rotation = looking(Vec3::new(-0.02, 0.66, -0.6) - eye);
     scene.add_node(None, Node { translation: eye, rotation, camera: Some(0), ..Node::default() });

@@ -57,7 +57,7 @@ fn cameras(room: &mut Demo) {
     ];
     for (name, eye, target, fov_deg) in all {
         let projection = Projection::Perspective { fov_y_rad: fov_deg.to_radians(), near_m: 0.05, far_m: None };
-        room.scene.cameras.push(Camera { name: name.into(), projection });
+        room.scene.cameras.push(Camera { name: name.into(), projection, aspect: None });
         let camera = Some(room.scene.cameras.len() - 1);
         room.scene.add_node(None, Node { name: name.into(), camera, ..pose(eye, target) });
     }

@@ -21,11 +21,11 @@ const HOPS: u16 = 15;
 pub fn sandbox() -> Scene {
     let mut place = Demo::default();
     let projection = Projection::Perspective { fov_y_rad: 0.7, near_m: 0.05, far_m: None };
-    place.scene.cameras.push(Camera { name: "Main".into(), projection });
+    place.scene.cameras.push(Camera { name: "Main".into(), projection, aspect: None });
     let (eye, target) = (Vec3::new(0.9, 1.75, 2.35), Vec3::new(0.02, 0.0, 0.02));
     place.scene.add_node(None, Node { name: "Main".into(), camera: Some(0), ..pose(eye, target) });
     let projection = Projection::Orthographic { height_m: SAND_M.x, near_m: 0.05, far_m: 4.0 };
-    place.scene.cameras.push(Camera { name: "Below".into(), projection });
+    place.scene.cameras.push(Camera { name: "Below".into(), projection, aspect: None });
     let rotation = Quat::from_rotation_x(FRAC_PI_2);
     let below = Node { name: "Below".into(), camera: Some(1), translation: Vec3::NEG_Y, rotation, ..Node::default() };
     place.scene.add_node(None, below);

@@ -21,7 +21,7 @@ const BASIN: Vec3 = Vec3::new(3.75, 0.0, 2.1);
 pub fn shore() -> Scene {
     let mut shore = Demo::default();
     let projection = Projection::Perspective { fov_y_rad: 0.98, near_m: 0.1, far_m: None };
-    shore.scene.cameras.push(Camera { name: "Shore".into(), projection });
+    shore.scene.cameras.push(Camera { name: "Shore".into(), projection, aspect: None });
     let eye = Vec3::new(0.6, 2.5, 5.0);
     shore.scene.add_node(None, Node { name: "Shore".into(), camera: Some(0), ..pose(eye, Vec3::new(0.8, 0.45, -1.0)) });
     let ground = shore.material("Ground", [1.0; 3], 0.0, 0.95);

@@ -12,7 +12,7 @@ use glam::{Quat, Vec2, Vec3, Vec4};
 pub fn yard() -> Scene {
     let mut place = Demo::default();
     let projection = Projection::Perspective { fov_y_rad: 0.75, near_m: 0.05, far_m: None };
-    place.scene.cameras.push(Camera { name: "Main".into(), projection });
+    place.scene.cameras.push(Camera { name: "Main".into(), projection, aspect: None });
     let (eye, target) = (Vec3::new(2.6, 2.1, 4.4), Vec3::new(-0.35, 0.75, -0.6));
     place.scene.add_node(None, Node { name: "Main".into(), camera: Some(0), ..pose(eye, target) });
     walls(&mut place);

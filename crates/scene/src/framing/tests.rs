@@ -202,7 +202,7 @@ fn rooms_are_seen_from_inside_and_solids_and_vessels_from_outside() {
 fn a_scene_with_a_camera_has_no_other() {
     let mut scene = scene_of(vec![turned_in(cube(Vec3::splat(4.0)))]);
     let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
-    scene.cameras.push(crate::Camera { name: String::new(), projection });
+    scene.cameras.push(crate::Camera { name: String::new(), projection, aspect: None });
     scene.add_node(None, Node { camera: Some(0), ..Node::default() });
     scene.update_transforms();
     assert!(Framing::of_scene(&scene).interior().is_none());

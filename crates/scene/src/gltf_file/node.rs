@@ -20,7 +20,7 @@ pub(super) fn read_cameras(document: &mut Document) -> Result<Vec<Camera>, LoadE
             let pointer = error.pointer().to_owned();
             let message = format!("{}; a perspective lens of 45 degrees is used", error.into_message());
             document.warn(&pointer, &message);
-            Camera { name: json.name(), projection: DEFAULT_LENS }
+            Camera { name: json.name(), projection: DEFAULT_LENS, aspect: None }
         })
     };
     Ok(cameras.iter().map(read).collect())
@@ -31,7 +31,7 @@ fn read_camera(json: &Json) -> Result<Camera, LoadError> {
         Some(value) if value > 0.0 => Ok(value),
         _ => Err(json.error(key, "expected a number above 0")),
     };
-    let projection = match json.string("type")?.unwrap_or("nothing") {
+    let (projection, shape) = match json.string("type")?.unwrap_or("nothing") {
         "perspective" => {
             let lens = json.require_object("perspective")?;
             let near_m = positive(&lens, "znear")?;
@@ -39,7 +39,8 @@ fn read_camera(json: &Json) -> Result<Camera, LoadError> {
             if far_m.is_some_and(|far_m| far_m <= near_m) {
                 return Err(lens.error("zfar", "expected a number above znear"));
             }
-            Projection::Perspective { fov_y_rad: positive(&lens, "yfov")?, near_m, far_m }
+            let shape = lens.number("aspectRatio").ok().flatten();
+            (Projection::Perspective { fov_y_rad: positive(&lens, "yfov")?, near_m, far_m }, shape)
         }
         "orthographic" => {
             let lens = json.require_object("orthographic")?;
@@ -50,11 +51,14 @@ fn read_camera(json: &Json) -> Result<Camera, LoadError> {
             if far_m <= near_m {
                 return Err(lens.error("zfar", "expected a number above znear"));
             }
-            Projection::Orthographic { height_m: 2.0 * ymag.abs(), near_m, far_m }
+            // One that says nothing of its width says nothing of the picture's shape.
+            let shape = lens.number("xmag").ok().flatten().map(|xmag| (xmag / ymag).abs());
+            (Projection::Orthographic { height_m: 2.0 * ymag.abs(), near_m, far_m }, shape)
         }
         other => return Err(json.error("type", format!("expected perspective or orthographic, found {other}"))),
     };
-    Ok(Camera { name: json.name(), projection })
+    let aspect = shape.filter(|aspect| *aspect > 0.0 && aspect.is_finite());
+    Ok(Camera { name: json.name(), projection, aspect })
 }
 
 /// Every light of `KHR_lights_punctual`; one of an unknown kind shines with intensity 0.

@@ -134,7 +134,7 @@ mod tests {
             Projection::Orthographic { height_m: 4.0, near_m: 0.1, far_m: 10.0 },
             Projection::Perspective { fov_y_rad: 2.0 * 0.4f32.atan(), near_m: 0.1, far_m: None },
         ] {
-            scene.cameras = vec![Camera { name: String::new(), projection }];
+            scene.cameras = vec![Camera { name: String::new(), projection, aspect: None }];
             let eye = Node { camera: Some(0), translation: 5.0 * Vec3::Y, rotation, ..Node::default() };
             let camera = scene.add_node(None, eye);
             scene.update_transforms();

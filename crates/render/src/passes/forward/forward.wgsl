@@ -21,11 +21,12 @@ import package::shaders::lights::{LightSums, counts_pairs, pair_counts};
 @if(!layered) import package::shaders::occlusion::seen_at;
 @if(layered) import package::shaders::layered_ambient::{layered_ambient, transmitted_share};
 @if(layered) import package::shaders::layers::{below_coat, layer_sample, layered_roughness, set_layers};
-@if(layered) import package::shaders::transmission::seen_behind;
+@if(layered) import package::shaders::transmission::{behind, seen_behind, shows_transmittance};
 import package::shaders::fog::{fogged, fog_transmittance};
 import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
+@if(layered) import package::shaders::surface_material::material_factors;
 import package::shaders::transparency::{ShadedTargets, is_let_through, is_peeled, shaded_targets};
 @if(relief) import package::shaders::relief::{Sunk, depth_again, has_coarse_steps, sunk};
 @if(relief) import package::shaders::surface_material::detailed_sample;
@@ -42,6 +43,8 @@ override in_lit_fog: u32 = 0u;
 
 // 1 if what lies behind is seen through surfaces; else a texel stands in for it.
 @if(layered) override transmissive: u32 = 0u;
+// 1 if surfaces that light comes through take the place of what is there, and do not blend with it.
+@if(layered) override replaces: u32 = 0u;
 
 struct LightBatch {
     // The first light of the batch; the others are padding.
@@ -72,6 +75,13 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
     let depth = select(seen.depth_ndc, depth_again(seen.depth_ndc), draws_again != 0u);
     let targets = forward_targets(seen.surface, front_facing, seen);
     return ReliefTargets(targets.radiance, targets.weight, depth);
+}
+
+// What takes the place of what is there, of a surface that light comes through: all of it, or where alpha covers it in part
+// that share.
+@if(layered) fn over_what_is_there(in: SurfaceVarying, of_surface: vec4f, alpha: f32) -> vec4f {
+    let there = textureLoad(behind, vec2i(in.position_clip.xy), 0);
+    return mix(there, of_surface, mix(1.0, clamp(alpha, 0.0, 1.0), material_factors.blended));
 }
 
 fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sunk) -> ShadedTargets {
@@ -116,6 +126,7 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
         radiance = sample.emission * view.pre_exposure;
     }
     var coverage = 1.0;
+    @if(layered) var transmittance = vec4f(0.0);
     var sums: LightSums;
     // The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (in.position_clip.x >= 0.0) & (sample.surface.shading_model != SHADING_MODEL_UNLIT) {
@@ -141,10 +152,11 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
             @if(layered) {
                 if transmissive != 0u {
                     let share = transmitted_share(shading);
-                    let behind = seen_behind(shading, in.position_world);
-                    radiance += share * behind.rgb;
+                    let seen = seen_behind(shading, in.position_world);
+                    radiance += share * seen.rgb;
                     // Before nothing what is seen through is nothing, too.
-                    coverage = 1.0 - (1.0 - clamp(behind.a, 0.0, 1.0)) * dot(share, vec3f(1.0 / 3.0));
+                    coverage = 1.0 - (1.0 - clamp(seen.a, 0.0, 1.0)) * dot(share, vec3f(1.0 / 3.0));
+                    transmittance = vec4f(share, dot(share, vec3f(1.0 / 3.0))) * seen;
                 }
             }
         }
@@ -157,6 +169,12 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
             sums = object_light_sums(object, first, LIGHTS_PER_BATCH, in.position_world, shading);
         }
         radiance += sums.radiance;
+    }
+    @if(layered) {
+        if shows_transmittance != 0u {
+            let through = vec4f(transmittance.rgb * fog_transmittance(in.position_world), transmittance.a);
+            return ShadedTargets(over_what_is_there(in, through, sample.alpha), vec4f(0.0));
+        }
     }
     if counts_pairs != 0u {
         return ShadedTargets(pair_counts(sums), vec4f(0.0));
@@ -172,5 +190,11 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
     }
     let glow = glow_share(half_float_clamped(sample.emission * view.pre_exposure));
     let opaque_alpha = covered * coverage + glow * fog_transmittance(in.position_world);
+    @if(layered) {
+        if replaces != 0u {
+            let seen = vec4f(half_float_clamped(radiance), opaque_alpha);
+            return ShadedTargets(over_what_is_there(in, seen, sample.alpha), vec4f(0.0));
+        }
+    }
     return shaded_targets(radiance, opaque_alpha, sample.alpha, in.position_world);
 }

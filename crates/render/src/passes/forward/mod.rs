@@ -218,15 +218,47 @@ pub fn record_nearest_transmissive(r: &mut Recorder<'_, '_>) -> Result<Handle, P
     Ok(depth)
 }
 
-/// Draws the surfaces that light comes through before what is `seen` through them. Also gives depth, which they hide
-/// other surfaces with.
+/// How much of the background comes through the nearest surfaces that light comes through, which are in `depth` already,
+/// into `transmittance`, of which `seen` has that of what lies behind them.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_transmittance(
+    r: &mut Recorder<'_, '_>,
+    fog: &FogSettings,
+    seen: SeenThrough<'_>,
+    transmittance: Handle,
+    depth: &Handle,
+) -> Result<Handle, ProgramError> {
+    let SeenThrough { behind, beyond } = seen;
+    let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
+    let axes = r.view.light_axes();
+    let name = if beyond.is_some() { "transmittance.far" } else { "transmittance" };
+    let mut pass = r.surfaces(name, "forward");
+    pass.uniform("light_batch", &LightBatch::default());
+    Weighting::default().bind(&mut pass, beyond.map(|nearest_m| Peel { side: Side::Beyond, nearest_m }));
+    pass.axes(axes);
+    pass.constant("transmissive", 1);
+    pass.constant("shows_transmittance", 1);
+    pass.constant(DRAWS_AGAIN, 1);
+    pass.read("behind", behind);
+    Occlusion::bind(None, &mut pass);
+    let transmittance = pass.color(transmittance, ColorLoad::Keep);
+    pass.depth_read_only(depth);
+    pass.uniform("fog", &fog);
+    pass.draw_transmissive()?;
+    Ok(transmittance)
+}
+
+/// Draws the surfaces that light comes through before what is `seen` through them: over what is there, or with `replaces` in
+/// its place. Also gives depth, which they hide other surfaces with.
 ///
 /// # Errors
 /// A program that does not compile.
 pub fn record_transmissive(
     r: &mut Recorder<'_, '_>,
     fog: &FogSettings,
-    seen: Option<SeenThrough<'_>>,
+    (seen, replaces): (Option<SeenThrough<'_>>, bool),
     radiance: Handle,
     depth: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
@@ -249,7 +281,11 @@ pub fn record_transmissive(
     Occlusion::bind(None, &mut pass);
     let radiance = pass.color(radiance, ColorLoad::Keep);
     let depth = pass.depth(depth, DepthLoad::Keep);
-    pass.blend(LightTarget::blend_over(view));
+    if replaces {
+        pass.constant("replaces", 1);
+    } else {
+        pass.blend(LightTarget::blend_over(view));
+    }
     pass.uniform("fog", &fog);
     if is_lit {
         pass.constant(IN_LIT_FOG, 1);

@@ -69,6 +69,8 @@ pub struct Shown<'h> {
     pub glow: Option<&'h Handle>,
     /// The stops by which radiance is exposed beside what is known, in one texel, if exposure adapts.
     pub adapted: Option<&'h Handle>,
+    /// What comes through glass of the background beside what alpha says, plus 1, if there is glass before one.
+    pub tint: Option<&'h Handle>,
 }
 
 /// What is left to do.
@@ -99,7 +101,7 @@ pub fn record(
     name: &'static str,
     settings: &ToneMapSettings,
     left: Display,
-    Shown { radiance, glow, adapted }: Shown<'_>,
+    Shown { radiance, glow, adapted, tint }: Shown<'_>,
     output: Handle,
 ) -> Result<Handle, ProgramError> {
     let (from, to) = (radiance.desc(), output.desc());
@@ -123,6 +125,10 @@ pub fn record(
     let step = match adapted {
         Some(adapted) => step.read("adapted", adapted),
         None => step.stand_in("adapted"),
+    };
+    let step = match tint {
+        Some(tint) => step.constant("has_tint", 1).read("tint", tint),
+        None => step.stand_in("tint"),
     };
     step.draw_into(output, ColorLoad::Discard)
 }

@@ -43,6 +43,11 @@ struct ToneMap {
 // Stops of an exposure that adapts, in one texel; looked at with `adapts` alone.
 @group(1) @binding(4) var adapted: texture_2d<f32>;
 
+// What comes through glass of the background beside what alpha says, by channel, plus 1; looked at with `has_tint` alone.
+@group(1) @binding(5) var tint: texture_2d<f32>;
+
+// 1 if there is glass before a background that is none of radiance.
+override has_tint: u32 = 0u;
 // 1 if the picture comes over a background colour.
 override over_color: u32 = 0u;
 // 1 if radiance has another size than the picture.
@@ -67,6 +72,22 @@ fn exposure() -> f32 {
         return tone_map.exposure * exp2(textureLoad(adapted, vec2i(0), 0).r);
     }
     return tone_map.exposure;
+}
+
+// It may be of another size than the picture, and not every format of means can be filtered.
+fn tint_at(position_px: vec2f) -> vec3f {
+    let size = vec2i(textureDimensions(tint));
+    let place = position_px * tone_map.inverse_size_px * vec2f(size) - 0.5;
+    let first = vec2i(floor(place + 1e-3));
+    let between = clamp(place - vec2f(first), vec2f(0.0), vec2f(1.0));
+    var sum = vec3f(0.0);
+    for (var i = 0; i < 4; i++) {
+        let step = vec2i(i & 1, i >> 1u);
+        let near = select(1.0 - between, between, step == vec2i(1));
+        sum += textureLoad(tint, clamp(first + step, vec2i(0), size - 1), 0).rgb * (near.x * near.y);
+    }
+    // What rounding leaves of nothing is nothing.
+    return select(sum - 1.0, vec3f(0.0), abs(sum - 1.0) < vec3f(1e-4));
 }
 
 // Interleaved gradient noise (Jimenez 2014): the same for the same pixel on every run.
@@ -94,13 +115,20 @@ fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
         coverage += beside.a;
         color = min((color * texel.a + beside.rgb) / max(coverage, 1e-6), vec3f(1.0));
     }
+    var beyond_alpha = vec3f(0.0);
+    if has_tint != 0u {
+        beyond_alpha = tint_at(position.xy);
+    }
     if over_color != 0u {
         // Alpha in steps of 1/255, and so much less dither: the same as the transparent picture laid over the colour.
         let alpha = round(min(coverage, 1.0) * 255.0) / 255.0;
         let place = position.y * tone_map.inverse_size_px.y;
         let behind_srgb = tone_map.background_srgb + tone_map.background_step_srgb * place;
         let behind = mix(tone_map.background_linear, linear_from_srgb(behind_srgb), tone_map.is_gradient);
-        let over = mix(behind, color, alpha);
+        var over = mix(behind, color, alpha);
+        if has_tint != 0u {
+            over = clamp(over + behind * beyond_alpha, vec3f(0.0), vec3f(1.0));
+        }
         if encodes == 0u {
             return vec4f(over, 1.0);
         }
@@ -108,6 +136,16 @@ fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
         // Steps of a gradient are wider than pixels.
         let noise = (dither_noise(floor(position.xy)) - 0.5) * tone_map.dither * tone_map.is_gradient / 255.0;
         return vec4f(select(display, behind_srgb + noise, alpha == 0.0), 1.0);
+    }
+    if has_tint != 0u {
+        // Alpha lets through what channels do on average, and the picture is right over white, as far as it can be.
+        let mean = dot(beyond_alpha, vec3f(1.0 / 3.0));
+        let left = clamp(min(coverage, 1.0) - mean, 0.0, 1.0);
+        let own = max(color * min(coverage, 1.0) + beyond_alpha - mean, vec3f(0.0));
+        if any(beyond_alpha != vec3f(0.0)) {
+            color = min(own / max(left, 1e-6), vec3f(1.0));
+            coverage = left;
+        }
     }
     if encodes == 0u {
         return vec4f(color, 1.0) * min(coverage, 1.0);

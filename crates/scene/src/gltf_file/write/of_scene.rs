@@ -307,6 +307,9 @@ impl Writer<'_> {
             let mut object = match camera.projection {
                 Projection::Perspective { fov_y_rad, near_m, far_m } => {
                     let mut lens = json!({ "yfov": fov_y_rad, "znear": near_m });
+                    if let Some(aspect) = camera.aspect {
+                        lens["aspectRatio"] = aspect.into();
+                    }
                     if let Some(far) = far_m {
                         lens["zfar"] = far.into();
                     }
@@ -314,7 +317,7 @@ impl Writer<'_> {
                 }
                 Projection::Orthographic { height_m, near_m, far_m } => {
                     let half = 0.5 * height_m;
-                    let lens = json!({ "xmag": half, "ymag": half, "znear": near_m, "zfar": far_m });
+                    let lens = json!({ "xmag": half * camera.aspect.unwrap_or(1.0), "ymag": half, "znear": near_m, "zfar": far_m });
                     json!({ "type": "orthographic", "orthographic": lens })
                 }
             };
