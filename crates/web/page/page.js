@@ -4,7 +4,7 @@ import init, { create, modelFiles, stageEnvironment, stageImages, stageModel } f
 const query = new URLSearchParams(location.search);
 const canvas = document.getElementById("canvas");
 const message = document.getElementById("message");
-const state = (window.manypass = { viewer: null, ready: false, error: null, isWhole: false, draw });
+const state = (window.manypass = { viewer: null, ready: false, error: null, isWhole: false, draw, orbit: () => orbit });
 /** Nothing until the user turns: then the view sets out from the file's camera. */
 let orbit;
 /** Whether there is a model to draw. */
