@@ -132,6 +132,33 @@ fn what_is_broken_and_not_needed_is_drawn_without() {
 }
 
 #[test]
+fn broken_animations_and_levels_change_nothing() {
+    for (said, change) in [
+        (
+            "/animations/0/samplers\": expected an array; the animation moves nothing",
+            (|json: &mut Value| json["animations"][0]["samplers"] = json!(3)) as fn(&mut Value),
+        ),
+        ("/animations/0/channels\": expected an array; the animation moves nothing", |json| {
+            json["animations"][0]["channels"] = json!({});
+        }),
+        ("/animations/0/channels/0/target\": expected an object", |json| {
+            json["animations"][0]["channels"][0]["target"] = json!("node");
+        }),
+        ("/nodes/0/extensions/MSFT_lod\": expected an object; there are no coarser levels", |json| {
+            json["nodes"][0]["extensions"] = json!({ "MSFT_lod": 1 });
+        }),
+        ("/materials/0/extensions/MSFT_lod/ids\": expected indices of material below 1", |json| {
+            json["materials"][0]["extensions"] = json!({ "MSFT_lod": { "ids": [3] } });
+        }),
+    ] {
+        let loaded = changed(change);
+        assert!(loaded.warnings.len() == 1 && loaded.warnings[0].contains(said), "{said}: {:?}", loaded.warnings);
+        assert_eq!(loaded.scene.drawn_primitives(), 1, "{said}");
+        assert_eq!(loaded.scene.animations.len(), 1, "{said}");
+    }
+}
+
+#[test]
 fn the_default_is_what_the_specification_has() {
     let loaded = changed(|json| {
         json["samplers"][0] = json!({ "wrapS": 10242, "wrapT": 1, "minFilter": 2, "magFilter": 3 });
@@ -155,6 +182,12 @@ fn what_is_shown_and_broken_is_refused() {
         ("/meshes/0/primitives/0/mode", |json| json["meshes"][0]["primitives"][0]["mode"] = json!(9)),
         ("/accessors/0/count", |json| json["accessors"][0]["count"] = json!(99)),
         ("/bufferViews/0/byteLength", |json| json["bufferViews"][0]["byteLength"] = json!(99999)),
+        // A joint that is in no scene moves what is shown.
+        ("/nodes/1/rotation", |json| {
+            let _ = push(&mut json["nodes"], json!({ "rotation": [0, 0, 0, 9] }));
+            json["skins"] = json!([{ "joints": [1] }]);
+            json["nodes"][0]["skin"] = json!(0);
+        }),
     ] {
         let mut model = model();
         change(&mut model.json);
