@@ -198,8 +198,8 @@ fn every_file_of_the_validator_gets_the_verdict_that_its_errors_deserve() {
         let has = |list: &[&str]| codes.iter().any(|code| list.contains(code));
         let is_broken = exception.is_none() && has(&FATAL_IF_SHOWN);
         let is_needed = NEEDED.iter().any(|part| file.ends_with(part));
-        let by_codes = !has(&FATAL) && !(is_broken && is_needed);
-        let should_load = exception.map_or(by_codes, |exception| exception.1);
+        let is_fatal = has(&FATAL) || (is_broken && is_needed);
+        let should_load = exception.map_or(!is_fatal, |exception| exception.1);
         let result = load(&assets_folder().join(file));
         // That nothing is drawn says nothing of what is broken.
         let tells = |loaded: &Loaded| loaded.warnings.iter().any(|warning| !warning.contains("draws nothing"));

@@ -34,6 +34,9 @@ fn model() -> Model {
     model
 }
 
+/// What is broken in a model.
+type Change = fn(&mut Value);
+
 /// A model with a change, and what is said of it.
 fn changed(change: impl FnOnce(&mut Value)) -> manypass_scene::Loaded {
     let mut model = model();
@@ -43,7 +46,7 @@ fn changed(change: impl FnOnce(&mut Value)) -> manypass_scene::Loaded {
 
 #[test]
 fn what_is_broken_and_not_needed_is_drawn_without() {
-    let cases: [(&str, fn(&mut Value)); 26] = [
+    let cases: [(&str, Change); 26] = [
         ("at \"/samplers/0/wrapS\": expected 33071, 33648, 10497, found 10242", |json| {
             json["samplers"][0]["wrapS"] = json!(10242)
         }),
@@ -136,7 +139,7 @@ fn broken_animations_and_levels_change_nothing() {
     for (said, change) in [
         (
             "/animations/0/samplers\": expected an array; the animation moves nothing",
-            (|json: &mut Value| json["animations"][0]["samplers"] = json!(3)) as fn(&mut Value),
+            (|json: &mut Value| json["animations"][0]["samplers"] = json!(3)) as Change,
         ),
         ("/animations/0/channels\": expected an array; the animation moves nothing", |json| {
             json["animations"][0]["channels"] = json!({});
@@ -176,7 +179,7 @@ fn the_default_is_what_the_specification_has() {
 #[test]
 fn what_is_shown_and_broken_is_refused() {
     for (place, change) in [
-        ("/nodes/0/mesh", (|json: &mut Value| json["nodes"][0]["mesh"] = json!(5)) as fn(&mut Value)),
+        ("/nodes/0/mesh", (|json: &mut Value| json["nodes"][0]["mesh"] = json!(5)) as Change),
         ("/nodes/0/rotation", |json| json["nodes"][0]["rotation"] = json!([0, 0, 0, 9])),
         ("/materials/0/normalTexture/index", |json| json["materials"][0]["normalTexture"] = json!({ "index": 5 })),
         ("/meshes/0/primitives/0/mode", |json| json["meshes"][0]["primitives"][0]["mode"] = json!(9)),
