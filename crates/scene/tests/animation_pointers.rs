@@ -195,13 +195,24 @@ fn pointers_to_nothing_and_broken_keys_are_passed_over() {
         assert!(loaded.warnings.iter().any(|warning| warning.contains("cannot be animated")), "{pointer}");
         assert!(loaded.scene.animations[0].properties.is_empty());
     }
-    // Broken keys cost the channel alone.
-    let loaded = model("/materials/0/alphaCutoff", "SCALAR", &[0.0, 1.0, 2.0]).try_load().unwrap();
-    assert!(loaded.scene.animations[0].properties.is_empty());
-    let [warning] = &loaded.warnings[..] else { panic!("{:?}", loaded.warnings) };
-    assert!(warning.contains("expected 2 elements, found 3; the channel is passed over"), "{warning}");
-    let mut broken = model("/materials/0/alphaCutoff", "SCALAR", &[0.0, 1.0]);
-    broken.json["animations"][0]["channels"][0]["target"]["extensions"]["KHR_animation_pointer"]["pointer"] =
+    // Broken keys cost the channel alone, and so does a pointer that is no text.
+    let mut without_pointer = model("/materials/0/alphaCutoff", "SCALAR", &[0.0, 1.0]);
+    without_pointer.json["animations"][0]["channels"][0]["target"]["extensions"]["KHR_animation_pointer"]["pointer"] =
         Value::Null;
-    assert!(broken.try_load().unwrap_err().to_string().contains("expected a string"));
+    for (model, said) in [
+        (model("/materials/0/alphaCutoff", "SCALAR", &[0.0, f32::NAN]), "expected finite numbers"),
+        (model("/materials/0/alphaCutoff", "VEC2", &[0.0; 4]), "expected 1 components"),
+        (without_pointer, "pointer\": expected a string"),
+    ] {
+        let loaded = model.try_load().unwrap();
+        assert!(loaded.scene.animations[0].properties.is_empty());
+        let [warning] = &loaded.warnings[..] else { panic!("{:?}", loaded.warnings) };
+        assert!(warning.contains(said) && warning.ends_with("; the channel is passed over"), "{warning}");
+    }
+    // Values behind the last keyframe are not needed.
+    let loaded = model("/materials/0/alphaCutoff", "SCALAR", &[0.0, 1.0, 2.0]).try_load().unwrap();
+    let [channel] = &loaded.scene.animations[0].properties[..] else { panic!("one channel") };
+    assert_eq!((&channel.times_secs[..], &channel.values[..]), (&[1.0, 3.0][..], &[0.0, 1.0][..]));
+    let [warning] = &loaded.warnings[..] else { panic!("{:?}", loaded.warnings) };
+    assert!(warning.contains("expected 2 elements, found more; the rest is passed over"), "{warning}");
 }

@@ -34,6 +34,9 @@ fn model() -> Model {
     model
 }
 
+/// What is broken in a model.
+type Change = fn(&mut Value);
+
 /// A model with a change, and what is said of it.
 fn changed(change: impl FnOnce(&mut Value)) -> manypass_scene::Loaded {
     let mut model = model();
@@ -43,7 +46,7 @@ fn changed(change: impl FnOnce(&mut Value)) -> manypass_scene::Loaded {
 
 #[test]
 fn what_is_broken_and_not_needed_is_drawn_without() {
-    let cases: [(&str, fn(&mut Value)); 26] = [
+    let cases: [(&str, Change); 26] = [
         ("at \"/samplers/0/wrapS\": expected 33071, 33648, 10497, found 10242", |json| {
             json["samplers"][0]["wrapS"] = json!(10242)
         }),
@@ -132,6 +135,33 @@ fn what_is_broken_and_not_needed_is_drawn_without() {
 }
 
 #[test]
+fn broken_animations_and_levels_change_nothing() {
+    for (said, change) in [
+        (
+            "/animations/0/samplers\": expected an array; the animation moves nothing",
+            (|json: &mut Value| json["animations"][0]["samplers"] = json!(3)) as Change,
+        ),
+        ("/animations/0/channels\": expected an array; the animation moves nothing", |json| {
+            json["animations"][0]["channels"] = json!({});
+        }),
+        ("/animations/0/channels/0/target\": expected an object", |json| {
+            json["animations"][0]["channels"][0]["target"] = json!("node");
+        }),
+        ("/nodes/0/extensions/MSFT_lod\": expected an object; there are no coarser levels", |json| {
+            json["nodes"][0]["extensions"] = json!({ "MSFT_lod": 1 });
+        }),
+        ("/materials/0/extensions/MSFT_lod/ids\": expected indices of material below 1", |json| {
+            json["materials"][0]["extensions"] = json!({ "MSFT_lod": { "ids": [3] } });
+        }),
+    ] {
+        let loaded = changed(change);
+        assert!(loaded.warnings.len() == 1 && loaded.warnings[0].contains(said), "{said}: {:?}", loaded.warnings);
+        assert_eq!(loaded.scene.drawn_primitives(), 1, "{said}");
+        assert_eq!(loaded.scene.animations.len(), 1, "{said}");
+    }
+}
+
+#[test]
 fn the_default_is_what_the_specification_has() {
     let loaded = changed(|json| {
         json["samplers"][0] = json!({ "wrapS": 10242, "wrapT": 1, "minFilter": 2, "magFilter": 3 });
@@ -149,12 +179,18 @@ fn the_default_is_what_the_specification_has() {
 #[test]
 fn what_is_shown_and_broken_is_refused() {
     for (place, change) in [
-        ("/nodes/0/mesh", (|json: &mut Value| json["nodes"][0]["mesh"] = json!(5)) as fn(&mut Value)),
+        ("/nodes/0/mesh", (|json: &mut Value| json["nodes"][0]["mesh"] = json!(5)) as Change),
         ("/nodes/0/rotation", |json| json["nodes"][0]["rotation"] = json!([0, 0, 0, 9])),
         ("/materials/0/normalTexture/index", |json| json["materials"][0]["normalTexture"] = json!({ "index": 5 })),
         ("/meshes/0/primitives/0/mode", |json| json["meshes"][0]["primitives"][0]["mode"] = json!(9)),
         ("/accessors/0/count", |json| json["accessors"][0]["count"] = json!(99)),
         ("/bufferViews/0/byteLength", |json| json["bufferViews"][0]["byteLength"] = json!(99999)),
+        // A joint that is in no scene moves what is shown.
+        ("/nodes/1/rotation", |json| {
+            let _ = push(&mut json["nodes"], json!({ "rotation": [0, 0, 0, 9] }));
+            json["skins"] = json!([{ "joints": [1] }]);
+            json["nodes"][0]["skin"] = json!(0);
+        }),
     ] {
         let mut model = model();
         change(&mut model.json);

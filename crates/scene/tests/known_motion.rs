@@ -5,7 +5,7 @@ mod common;
 
 use common::{F32, I8, I16, Model, U8, U16, floats, integers};
 use glam::{Quat, Vec3, vec3};
-use manypass_scene::{LightKind, Node, Projection};
+use manypass_scene::{Interpolation, LightKind, Node, Projection};
 use serde_json::{Value, json};
 
 /// A triangle whose node is animated between 1 s and 3 s.
@@ -108,25 +108,36 @@ fn morph_weights_follow_their_keys() {
     assert_eq!(at(model, 3.0).morph_weights, [1.0, 0.0]);
 }
 
+/// A model is drawn as it stands where what moves it is broken: that costs the channel, and a warning says so.
 #[test]
-fn animations_that_contradict_themselves_are_refused() {
+fn animations_that_contradict_themselves_move_nothing() {
+    let passed_over = |model: Model| {
+        let loaded = model.try_load().unwrap();
+        assert_eq!(loaded.scene.animations[0].channels.len(), 0, "{:?}", loaded.warnings);
+        let [warning] = &loaded.warnings[..] else { panic!("{:?}", loaded.warnings) };
+        assert!(warning.ends_with("; the channel is passed over"), "{warning}");
+        warning.clone()
+    };
     let broken = |change: &dyn Fn(&mut Value)| {
         let mut model = animated("translation", "LINEAR", (F32, "VEC3", &floats(&[0.0; 6])));
         change(&mut model.json);
-        model.try_load().unwrap_err().to_string()
+        passed_over(model)
     };
     let sampler = |key: &'static str, value: Value| {
         broken(&move |json| json["animations"][0]["samplers"][0][key] = value.clone())
     };
-    assert!(sampler("interpolation", json!("SPLINE")).contains("expected STEP, LINEAR or CUBICSPLINE"));
     assert!(sampler("interpolation", json!("CUBICSPLINE")).contains("expected 6 elements, found 2"));
     assert!(sampler("input", json!(0)).contains("/animations/0/samplers/0/input"));
     assert!(sampler("output", json!(9)).contains("/animations/0/samplers/0/output"));
     assert!(broken(&|json| json["animations"][0]["channels"][0]["sampler"] = json!(1)).contains("/channels/0/sampler"));
     assert!(broken(&|json| json["accessors"][2]["type"] = json!("VEC2")).contains("/accessors/2/type"));
-    let mut model = animated("translation", "LINEAR", (F32, "VEC3", &floats(&[0.0, f32::NAN, 0.0, 0.0, 0.0, 0.0])));
-    model.json["nodes"][0]["name"] = json!("a");
-    assert!(model.try_load().unwrap_err().to_string().contains("finite"));
+    let endless = floats(&[0.0, f32::NAN, 0.0, 0.0, 0.0, 0.0]);
+    assert!(passed_over(animated("translation", "LINEAR", (F32, "VEC3", &endless))).contains("finite"));
+    // An interpolation that is not known is the default one.
+    let loaded = animated("translation", "SPLINE", (F32, "VEC3", &floats(&[0.0; 6]))).try_load().unwrap();
+    assert_eq!(loaded.scene.animations[0].channels[0].interpolation, Interpolation::Linear);
+    let [warning] = &loaded.warnings[..] else { panic!("{:?}", loaded.warnings) };
+    assert!(warning.contains("expected STEP, LINEAR or CUBICSPLINE, found SPLINE; LINEAR is used"), "{warning}");
 }
 
 #[test]
@@ -176,7 +187,9 @@ fn cameras_of_both_kinds_are_read() {
     let read = |camera: Value| {
         let mut model = Model::triangle();
         model.json["cameras"] = json!([camera]);
-        model.try_load().map(|loaded| loaded.scene.cameras[0].projection).map_err(|error| error.to_string())
+        let loaded = model.try_load().unwrap();
+        let projection = loaded.scene.cameras[0].projection;
+        if loaded.warnings.is_empty() { Ok(projection) } else { Err((projection, loaded.warnings.join("\n"))) }
     };
     let perspective = |lens: Value| read(json!({ "type": "perspective", "perspective": lens }));
     let orthographic = |lens: Value| read(json!({ "type": "orthographic", "orthographic": lens }));
@@ -192,6 +205,8 @@ fn cameras_of_both_kinds_are_read() {
         orthographic(json!({ "xmag": 3, "ymag": -2, "znear": 0, "zfar": 8 })),
         Ok(Projection::Orthographic { height_m: 4.0, near_m: 0.0, far_m: 8.0 })
     );
+    // Pictures by other cameras do not need a broken one, which has a lens of its own then.
+    let instead = Projection::Perspective { fov_y_rad: std::f32::consts::FRAC_PI_4, near_m: 0.01, far_m: None };
     for (broken, place) in [
         (perspective(json!({ "yfov": 0, "znear": 0.1 })), "perspective/yfov"),
         (perspective(json!({ "yfov": 0.5, "znear": 1, "zfar": 1 })), "perspective/zfar"),
@@ -199,7 +214,12 @@ fn cameras_of_both_kinds_are_read() {
         (orthographic(json!({ "xmag": 1, "ymag": 1, "znear": 2, "zfar": 1 })), "orthographic/zfar"),
         (read(json!({ "type": "fisheye" })), "/cameras/0/type"),
     ] {
-        assert!(broken.unwrap_err().contains(place), "{place}");
+        let (projection, warning) = broken.unwrap_err();
+        assert_eq!(projection, instead, "{place}");
+        assert!(
+            warning.contains(place) && warning.ends_with("; a perspective lens of 45 degrees is used"),
+            "{warning}"
+        );
     }
 }
 

@@ -134,7 +134,7 @@ mod tests {
     #[test]
     fn many_lines_that_go_on_take_no_longer_than_as_many_that_do_not() {
         let bytes = b"1 2 3 \\\n".repeat(300_000);
-        assert_eq!(lines(&bytes).map(|(_, line)| line.len()).collect::<Vec<_>>(), [7 * 300_000 + 1]);
+        assert_eq!(lines(&bytes).map(|(_, line)| line.len()).collect::<Vec<_>>(), [7 * 300_000]);
     }
 
     #[test]

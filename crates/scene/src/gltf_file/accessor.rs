@@ -186,8 +186,8 @@ impl<'a> Document<'a> {
         }
         let decoded_bytes = (head.count as u64).saturating_mul(size_of::<[T; N]>() as u64);
         let (mut view, offset) = (json.integer("bufferView")?, json.integer("byteOffset")?.unwrap_or(0));
-        self.spend(decoded_bytes, pointer)?;
         check(self, &json)?;
+        self.spend(decoded_bytes, pointer)?;
         if let Some(view) = view.filter(|_| !self.unpacked.contains_key(&index)) {
             self.check_view(view)?;
         }

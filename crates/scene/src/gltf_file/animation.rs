@@ -14,24 +14,33 @@ const NODE_PATHS: [&str; 4] = ["translation", "rotation", "scale", "weights"];
 /// Every animation.
 pub(super) fn read_animations(document: &mut Document, scene: &mut Scene) -> Result<(), LoadError> {
     for json in document.root.objects("animations")? {
-        let samplers = json.objects("samplers")?;
-        let mut animation = Animation { name: json.name(), ..Animation::default() };
-        for channel in json.objects("channels")? {
-            match read_channel(document, scene, &channel, &samplers) {
-                Ok(Some(AnyChannel::Node(channel))) => animation.channels.push(channel),
-                Ok(Some(AnyChannel::Property(channel))) => animation.properties.push(channel),
-                Ok(None) => {}
-                // The model can be drawn without what moves it.
-                Err(error) => {
-                    let pointer = error.pointer().to_owned();
-                    document.warn(&pointer, &format!("{}; the channel is passed over", error.into_message()));
-                }
-            }
-        }
-        settle_emission(document, &mut animation)?;
+        // The model can be drawn without what moves it.
+        let animation = read_animation(document, scene, &json).unwrap_or_else(|error| {
+            let pointer = error.pointer().to_owned();
+            document.warn(&pointer, &format!("{}; the animation moves nothing", error.into_message()));
+            Animation { name: json.name(), ..Animation::default() }
+        });
         scene.animations.push(animation);
     }
     Ok(())
+}
+
+fn read_animation(document: &mut Document, scene: &Scene, json: &Json) -> Result<Animation, LoadError> {
+    let (samplers, channels) = (json.objects("samplers")?, json.objects("channels")?);
+    let mut animation = Animation { name: json.name(), ..Animation::default() };
+    for channel in channels {
+        match read_channel(document, scene, &channel, &samplers) {
+            Ok(Some(AnyChannel::Node(channel))) => animation.channels.push(channel),
+            Ok(Some(AnyChannel::Property(channel))) => animation.properties.push(channel),
+            Ok(None) => {}
+            Err(error) => {
+                let pointer = error.pointer().to_owned();
+                document.warn(&pointer, &format!("{}; the channel is passed over", error.into_message()));
+            }
+        }
+    }
+    settle_emission(document, &mut animation)?;
+    Ok(animation)
 }
 
 /// A channel of whatever kind.

@@ -79,6 +79,9 @@ pub(super) fn check_needed(document: &mut Document, scene: &Scene) -> Result<(),
         faults.check(List::Meshes, mesh)?;
         if let Some(skin) = node.skin {
             faults.check(List::Skins, skin)?;
+            // Joints need not be in the scene.
+            let joints = scene.skins.get(skin).into_iter().flat_map(|skin| &skin.joints);
+            joints.into_iter().try_for_each(|joint| faults.check(List::Nodes, joint.0 as usize))?;
         }
         for primitive in scene.meshes.get(mesh).into_iter().flat_map(|mesh| &mesh.primitives) {
             let of_variants = primitive.variant_materials.iter().map(|(_, material)| *material);

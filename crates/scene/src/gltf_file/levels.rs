@@ -13,25 +13,27 @@ const NAME: &str = "MSFT_lod";
 const LEVELS_MAX: usize = 16;
 
 /// The levels of a node or a material, of which there are `length`; none if it has none.
-fn read(
-    document: &mut Document,
-    json: &Json,
-    (length, what): (usize, &str),
-) -> Result<Option<Levels<usize>>, LoadError> {
-    let Some(extension) = json.extension(NAME)? else { return Ok(None) };
-    let mut coarser = extension.indices("ids", length, what).unwrap_or_else(|error| {
-        document.warn(&extension.at("ids"), &error.into_message());
-        Vec::new()
+fn read(document: &mut Document, json: &Json, (length, what): (usize, &str)) -> Option<Levels<usize>> {
+    let found = json.extension(NAME).and_then(|extension| {
+        extension.map(|extension| Ok((extension.indices("ids", length, what)?, extension))).transpose()
     });
+    let (mut coarser, extension) = match found {
+        Ok(found) => found?,
+        Err(error) => {
+            let pointer = error.pointer().to_owned();
+            document.warn(&pointer, &format!("{}; there are no coarser levels", error.into_message()));
+            return None;
+        }
+    };
     if coarser.len() > LEVELS_MAX {
         document.warn(&extension.at("ids"), &format!("only the first {LEVELS_MAX} coarser levels are read"));
         coarser.truncate(LEVELS_MAX);
     }
     if coarser.is_empty() {
         document.warn(&extension.at("ids"), "there are no coarser levels");
-        return Ok(None);
+        return None;
     }
-    Ok(Some(Levels { screen_coverage: read_coverage(document, json, coarser.len() + 1), coarser }))
+    Some(Levels { screen_coverage: read_coverage(document, json, coarser.len() + 1), coarser })
 }
 
 /// What `extras` say of coverage. They may hold anything, so that nothing of it refuses a file.
@@ -61,7 +63,7 @@ pub(super) fn of_materials(document: &mut Document, count: usize) -> Result<Vec<
     let materials = document.root.objects("materials")?;
     let mut all = Vec::with_capacity(count);
     for (index, json) in materials.iter().enumerate() {
-        let levels = read(document, json, (count, "material"))?;
+        let levels = read(document, json, (count, "material"));
         let is_own = levels.as_ref().is_some_and(|levels| levels.coarser.contains(&index));
         if is_own {
             document.warn(&json.at("extensions/MSFT_lod/ids"), "the material is a level of its own; it has none");
@@ -78,7 +80,7 @@ pub(super) fn of_nodes(document: &mut Document, scene: &mut Scene) -> Result<(),
     let (mut trees, mut taken) = (Trees::new(scene), BTreeSet::new());
     let mut all_coarser: BTreeSet<NodeId> = BTreeSet::new();
     for (index, json) in nodes.iter().enumerate() {
-        let Some(levels) = read(document, json, (nodes.len(), "node"))? else { continue };
+        let Some(levels) = read(document, json, (nodes.len(), "node")) else { continue };
         let is_repeated = levels.coarser.iter().collect::<BTreeSet<_>>().len() < levels.coarser.len();
         let why = if is_repeated { Some("a level is named twice".to_owned()) } else { None };
         let mut faults = levels.coarser.iter().map(|coarser| fault(scene, (index, *coarser), &taken, &mut trees));

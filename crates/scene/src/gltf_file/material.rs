@@ -43,9 +43,22 @@ pub(super) fn read_images(document: &mut Document, resolve: &mut Resolve) -> Res
     let mut images = Images::default();
     let (mut encoded_bytes, mut texel_bytes) = (0_u64, 0_u64);
     for json in document.root.objects("images")? {
-        let uri = json.string("uri")?;
-        let view = json.index("bufferView", document.views.len(), "bufferView")?;
-        json.string("mimeType")?;
+        if json.string("mimeType").is_err() {
+            document.warn(&json.at("mimeType"), "expected a string; the bytes tell the format");
+        }
+        let named = json.string("uri").and_then(|uri| {
+            let view = json.index("bufferView", document.views.len(), "bufferView")?;
+            Ok((uri, view))
+        });
+        let (uri, view) = match named {
+            Ok(named) => named,
+            Err(error) => {
+                let pointer = error.pointer().to_owned();
+                document.warn(&pointer, &format!("{}; materials do without the image", error.into_message()));
+                images.push(json.name(), None);
+                continue;
+            }
+        };
         let mut name = json.name();
         if let Some(uri) = uri
             && name.is_empty()
@@ -136,9 +149,10 @@ pub(super) fn read_textures(document: &mut Document, images: &mut Images) -> Res
     let (image_count, mut textures) = (images.images.len(), Vec::new());
     for json in document.root.objects("textures")? {
         let sampler = index_or_none(document, &json, "sampler", samplers.len(), "sampler");
-        let mut sources = Vec::new();
+        let (mut sources, mut has_source) = (Vec::new(), json.has("source"));
         for name in ["KHR_texture_basisu", "EXT_texture_webp", "MOZ_texture_rgbe", "MANYPASS_texture_exr"] {
             if let Some(extension) = json.extension(name)? {
+                has_source |= extension.has("source");
                 sources.extend(index_or_none(document, &extension, "source", image_count, "image"));
             }
         }
@@ -147,7 +161,10 @@ pub(super) fn read_textures(document: &mut Document, images: &mut Images) -> Res
         let is_there = |image: &&usize| images.is_there.get(**image).copied().unwrap_or(false);
         let image = sources.iter().find(is_there).or(sources.first()).copied();
         if image.is_none() {
-            document.warn(&json.pointer, "the texture has no image that is supported; materials do without it");
+            // One that names an image which is not there has its warning.
+            if !has_source {
+                document.warn(&json.pointer, "the texture has no image that is supported; materials do without it");
+            }
             images.push(String::new(), None);
         }
         textures.push(Texture {
@@ -167,19 +184,20 @@ struct Slots<'d, 'a> {
     is_animated: bool,
 }
 
-/// The materials whose extensions pointers of animations name.
-fn animated_materials(document: &Document) -> Result<BTreeSet<usize>, LoadError> {
+/// The materials whose extensions pointers of animations name. What is broken in animations is said where they are read.
+fn animated_materials(document: &Document) -> BTreeSet<usize> {
     let mut found = BTreeSet::new();
-    for animation in document.root.objects("animations")? {
-        for channel in animation.objects("channels")? {
-            let Some(target) = channel.object("target")? else { continue };
-            let Some(extension) = target.extension("KHR_animation_pointer")? else { continue };
-            let below = extension.string("pointer")?.and_then(|pointer| pointer.strip_prefix("/materials/"));
+    for animation in document.root.objects("animations").unwrap_or_default() {
+        for channel in animation.objects("channels").unwrap_or_default() {
+            let target = channel.object("target").ok().flatten();
+            let extension = target.and_then(|target| target.extension("KHR_animation_pointer").ok().flatten());
+            let pointer = extension.and_then(|extension| extension.string("pointer").ok().flatten());
+            let below = pointer.and_then(|pointer| pointer.strip_prefix("/materials/"));
             let index = below.and_then(|below| below.split_once("/extensions/")?.0.parse::<usize>().ok());
             found.extend(index);
         }
     }
-    Ok(found)
+    found
 }
 
 impl Slots<'_, '_> {
@@ -235,7 +253,7 @@ pub(super) fn read_materials(
     let has_image = textures.iter().map(is_there).collect();
     let materials = document.root.objects("materials")?;
     let kept = kept_materials(document, &materials)?;
-    let animated = animated_materials(document)?;
+    let animated = animated_materials(document);
     let mut slots = Slots { document, has_image, is_animated: false, uv_sets: [0, 1] };
     let mut all = Vec::with_capacity(kept);
     for (index, json) in materials.iter().enumerate().take(kept) {

@@ -28,13 +28,13 @@ fn draws(loaded: &Loaded, triangles: usize, said: &str, about: &str) {
 fn obj_is_read_whatever_its_lines_hold_besides() {
     for (lines, triangles, said) in [
         ("f 1 2 3 # a face", 1, ""),
-        ("f 1 2 3 4#a quad\nv 0 0 0 # v", 2, ""),
+        ("f 1 2 4 3#a quad\nv 0 0 0 # v", 2, ""),
         ("f 1\nf 1 2 3\nf 1 2\n", 1, "line 7 (first of 2): a face of fewer than three corners"),
         ("l 1\nf 1 2 3", 1, "line 7: a line of fewer than two vertices"),
         ("p\nf 1 2 3", 1, "points without a vertex"),
         ("cstype bezier\nf 1 2 3\ncstype bezier", 1, "line 7 (first of 2): \"cstype\" is not read"),
         ("xyzzy 1\nplugh\nf 1 2 3", 1, "line 7 (first of 2): \"xyzzy\" is no statement of OBJ"),
-        ("f 1 2 3 \\\n 4", 2, ""),
+        ("f 1 2 4 \\\n 3", 2, ""),
         ("f 1//1 2//1 3//1", 1, ""),
     ] {
         let loaded = load("a.obj", format!("{OBJ}{lines}\n").as_bytes()).unwrap();
