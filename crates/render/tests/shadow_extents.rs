@@ -50,7 +50,7 @@ fn dark_and_lit(half_m: f32, scale: f32, change: impl Fn(&mut manypass::Settings
             bright += u32::from(share > 0.9);
         }
     }
-    assert!(shadowed > 100 && lit > 1000, "{shadowed} in shadow, {lit} lit: nothing to look at");
+    assert!(shadowed > 60 && lit > 1000, "{shadowed} in shadow, {lit} lit: nothing to look at");
     (f64::from(dark) / f64::from(shadowed), f64::from(bright) / f64::from(lit))
 }
 

@@ -245,8 +245,8 @@ fn a_light_that_is_shaded_without_loops_is_the_same_as_among_others() {
     assert!(unlike < each.len() / 50 && shadowed > 300, "{unlike} differ, {shadowed} in shadow");
 }
 
-/// The texels of a directional light's cascades: of four of equal ratios from the nearest surface on, which is the
-/// ground at y = 0 under the eye, each a square around the sphere that its part of the view has. Where one ends it goes
+/// The texels of a directional light's cascades: each ends four times as far away as it begins, and the first
+/// begins before the nearest surface, which is the ground at y = 0 under the eye. Each is a square around the sphere that its part of the view has. Where one ends it goes
 /// over into the next, which is coarser.
 fn cascade_texel_at(scene: &Scene, world: &World) -> impl Fn(DVec3) -> (DVec3, f64) {
     let bounds = scene.posed_bounds_world();
@@ -257,21 +257,20 @@ fn cascade_texel_at(scene: &Scene, world: &World) -> impl Fn(DVec3) -> (DVec3, f
     let far_m = ((2.0 * far_m.log2()).ceil() * 0.5).exp2();
     let corner = 0.4f64.tan() * f64::from(SIZE.0).hypot(f64::from(SIZE.1)) / f64::from(SIZE.1);
     let near_m = eye.y / (1.0 + corner * corner).sqrt();
-    let near_m = ((2.0 * near_m.log2()).floor() * 0.5).exp2();
-    assert!(far_m / near_m <= 256.0, "{near_m} {far_m} are more than four cascades");
-    let split = |index: i32| near_m * (far_m / near_m).powf(f64::from(index) / 4.0);
-    let spheres = [0, 1, 2, 3].map(|index| {
-        let (near_m, end_m) = (if index == 0 { 0.0 } else { split(index) }, split(index + 1));
+    assert!((16.0..256.0).contains(&(far_m / near_m)), "{near_m} {far_m} are other cascades");
+    let count = (far_m / near_m).log(4.0).ceil() as i32;
+    let spheres = Vec::from_iter((0..count).map(|index| {
+        let [near_m, end_m] = [index, index + 1].map(|at| far_m * 4f64.powi(at - count));
         let middle_m = (0.5 * (near_m + end_m) * (1.0 + corner * corner)).min(end_m);
         let radius_m = (end_m - middle_m).hypot(corner * end_m);
         (end_m, middle_m, radius_m.min(bounds.radius_m().into()))
-    });
+    }));
     move |position: DVec3| {
         let depth_m = (position - eye).dot(forward);
-        let at = spheres.iter().position(|(end_m, ..)| depth_m < *end_m).unwrap_or(3);
+        let at = spheres.iter().position(|(end_m, ..)| depth_m < *end_m).unwrap_or(spheres.len() - 1);
         let (_, middle_m, radius_m) = spheres[at];
         let is_near_seam = position.distance(eye + middle_m * forward) > 0.9 * radius_m;
-        let (.., radius_m) = spheres[(at + usize::from(is_near_seam)).min(3)];
+        let (.., radius_m) = spheres[(at + usize::from(is_near_seam)).min(spheres.len() - 1)];
         // Three texels on each side are border.
         (direction, 2.0 * radius_m / (f64::from(ATLAS_PX / 2) - 6.0))
     }

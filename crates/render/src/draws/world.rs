@@ -52,6 +52,8 @@ pub(crate) struct Item {
     pub extent: Option<Extent>,
     /// An upright box around it; it may be too large.
     pub bounds_world: Aabb,
+    /// How far its relief reaches from its triangles, in metres.
+    pub relief_m: f32,
     /// The boxes around its parts in object space, if they are known.
     pub parts: Option<Arc<[Aabb]>>,
     /// Whether it keeps light from what lies behind it.
@@ -80,6 +82,12 @@ impl Item {
     /// Its instances.
     pub fn instances(&self) -> Range<u32> {
         self.instance..self.instance + if self.topology == Topology::Points { DISC_CORNERS } else { 1 }
+    }
+
+    /// The box around it with its relief, which lies below its triangles.
+    pub fn reached_world(&self) -> Aabb {
+        let bounds = &self.bounds_world;
+        if bounds.is_empty() { *bounds } else { Aabb { min: bounds.min - self.relief_m, max: bounds.max + self.relief_m } }
     }
 
     /// The bits of its layers and detail where its surface has a form.
@@ -149,6 +157,8 @@ pub(crate) struct WorldDraws {
     pub decals: SharedDecals,
     /// The box around everything, in world space.
     pub bounds_world: Aabb,
+    /// The box around what is drawn as no item, water and portals.
+    pub flat_bounds_world: Aabb,
     /// Whether any of those that do not blend glows, in view or not, so that a camera that moves changes no pass.
     pub glows: bool,
     /// Coarser forms of items.
@@ -196,6 +206,7 @@ impl WorldDraws {
         self.mesh_levels.clear();
         self.groups.clear();
         self.bounds_world = Aabb::EMPTY;
+        self.flat_bounds_world = Aabb::EMPTY;
         let of_water = scene.water.iter().map(|water| water.node);
         let flat: BTreeSet<NodeId> = of_water.chain(scene.portals.iter().flat_map(|portal| portal.nodes)).collect();
         let mut groups = NodeGroups::default();
@@ -207,6 +218,9 @@ impl WorldDraws {
                 self.lit.push(id);
             }
             let level = of.map(|of| groups.add(scene, of, &node.bounds_world, &mut self.groups));
+            if flat.contains(&id) {
+                self.flat_bounds_world = self.flat_bounds_world.union(&node.bounds_world);
+            }
             // Water and portals are drawn as such, and cast no shadow.
             if let Some(mesh) = node.mesh.filter(|_| !flat.contains(&id)) {
                 self.collect(scene, resources, (id, level), mesh);
@@ -235,7 +249,8 @@ impl WorldDraws {
     /// No surface is nearer to `eye` than this, in metres, by the boxes around parts of it; infinite if there is none.
     pub fn nearest_m(&self, eye: Vec3) -> f32 {
         let distance_m = |bounds: &Aabb| eye.clamp(bounds.min, bounds.max).distance(eye);
-        let mut nearest_m = f32::INFINITY;
+        let flat = Some(&self.flat_bounds_world).filter(|bounds| !bounds.is_empty());
+        let mut nearest_m = flat.map_or(f32::INFINITY, distance_m);
         for item in &self.items {
             let of_item = distance_m(&item.bounds_world);
             // Where a distance is no number, nothing is known.
@@ -353,7 +368,8 @@ impl WorldDraws {
         let mut item =
             Item { mesh: mesh as u32, primitive: index as u32, material: material as u32, levels, ..drawn.item() };
         item.forms = drawn.forms(&item);
-        self.bounds_world = self.bounds_world.union(&drawn.relief_bounds(&item));
+        item.relief_m = drawn.relief_m(&item);
+        self.bounds_world = self.bounds_world.union(&item.reached_world());
         self.keys[0].push(if drawn.properties.blended || item.transmissive {
             (BLENDED, self.posed.len() as u64)
         } else {
@@ -435,6 +451,7 @@ impl Drawn<'_> {
             },
             faces: if has_sides { Faces::Front } else { Faces::Both },
             bounds_world: extent.as_ref().map_or(node.bounds_world, |extent| extent.around(center)),
+            relief_m: 0.0,
             parts: primitive.parts.clone(),
             layers,
             has_light_directions: properties.layers.as_ref().is_some_and(|layers| layers.has_light_directions),
@@ -468,13 +485,10 @@ impl Drawn<'_> {
         })
     }
 
-    /// The box around its relief, which lies below its triangles; empty if it has none.
-    fn relief_bounds(&self, item: &Item) -> Aabb {
-        let Some(layers) = self.properties.layers.as_ref().filter(|_| item.layers & LAYER_STEPS != 0) else {
-            return Aabb::EMPTY;
-        };
-        let reach = Vec3::splat(layers.factors.detail.x * self.node.scale_max());
-        Aabb { min: item.bounds_world.min - reach, max: item.bounds_world.max + reach }
+    /// How far its relief lies below its triangles; 0 if it has none.
+    fn relief_m(&self, item: &Item) -> f32 {
+        let layers = self.properties.layers.as_ref().filter(|_| item.layers & LAYER_STEPS != 0);
+        layers.map_or(0.0, |layers| layers.factors.detail.x * self.node.scale_max())
     }
 
     fn extent(&self) -> Option<Extent> {

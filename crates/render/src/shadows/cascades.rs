@@ -16,14 +16,11 @@ use manypass_scene::Aabb;
 /// From this share of the scene on, a cascade shows all of it, and none is needed beyond: of lights with sharp edges,
 /// and of wide ones.
 const WHOLE_SHARES: [f32; 2] = [0.75, 0.6];
-/// So many cascades there are at least, as far as settings allow them.
+/// So many cascades cover what is seen at least, as far as settings allow them: each ends twice as far away as it begins,
+/// or where that is not enough four times. With twice as many texels across as the picture has pixels, and half of that
+/// where more maps share the atlas, a texel is three to five pixels wide at the most.
 const LEAST: u32 = 4;
-/// Where they are to cover more, there are as many as make each end at most so many times as far away as it begins. With
-/// twice as many texels across as the picture has pixels, and half of that where maps share the atlas, a texel is then
-/// three to five pixels wide at the most.
-const RATIO: f32 = 4.0;
-/// The nearest surface is taken to be no nearer than this share of the farthest: as far as eight cascades reach.
-const NEAREST_SHARE: f32 = 1.0 / 65_536.0;
+const RATIOS: [f32; 2] = [2.0, 4.0];
 
 /// The next power of √2 below a length, so that cascades keep their size while the camera moves a little.
 fn stepped_down(length_m: f32) -> f32 {
@@ -53,14 +50,21 @@ fn slices(viewer: &Viewer<'_>, world: &WorldDraws, settings: &ShadowSettings) ->
     let along_view = (1.0 + half_extent.length_squared()).sqrt().recip();
     // Nothing that is seen is nearer than the scene.
     let scene_m = along_view * (eye.distance(center) - radius);
-    let is_before = !viewer.sees_air && scene_m > far_m / 128.0;
-    let first_m = if is_before { stepped_down(scene_m).min(0.5 * far_m) } else { 0.0 };
-    let nearest_m = along_view * world.nearest_m(eye).max(0.0);
-    let near_m = stepped_down(nearest_m.max(viewer.range.near_m).max(far_m * NEAREST_SHARE));
-    let near_m = near_m.max(first_m).min(0.5 * far_m);
-    let needed = ((far_m / near_m).ln() / RATIO.ln()).ceil().max(1.0) as u32;
-    let count = needed.max(LEAST).min(settings.cascades);
-    splits(first_m, near_m, far_m, settings.split, count)
+    let is_before = !viewer.sees_air && scene_m > far_m / 16.0;
+    let first_m = stepped_down(scene_m.max(far_m / 32.0)).min(0.5 * far_m);
+    if is_before {
+        // From outside the scene is seen by few equal parts.
+        return splits(first_m, first_m, far_m, settings.split, settings.cascades.min(LEAST));
+    }
+    let nearest_m = (along_view * world.nearest_m(eye).max(0.0)).max(viewer.range.near_m);
+    let reached = |ratio: f32, count: u32| far_m * ratio.powi(-(count as i32));
+    let is_enough = |ratio: &f32| reached(*ratio, LEAST.min(settings.cascades)) <= nearest_m;
+    let ratio = RATIOS.into_iter().find(is_enough).unwrap_or(RATIOS[1]);
+    // The ladder hangs on its far end, so that a camera that comes nearer adds cascades and changes none.
+    let count = (1..settings.cascades).find(|count| reached(ratio, *count) <= nearest_m).unwrap_or(settings.cascades);
+    let near_m = reached(ratio, count);
+    let begins_m = if viewer.sees_air || near_m > nearest_m { 0.0 } else { near_m };
+    splits(begins_m, near_m, far_m, settings.split, count)
 }
 
 fn half_extent(viewer: &Viewer<'_>) -> Vec2 {

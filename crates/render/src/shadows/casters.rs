@@ -115,7 +115,7 @@ impl<'w> Casters<'w> {
         let light_from_world = Mat3::from_quat(world_from_light.inverse());
         let ranges = items
             .iter()
-            .filter_map(|caster| column_range(&self.item(caster).bounds_world, &light_from_world, center, half_m));
+            .filter_map(|caster| column_range(&self.item(caster).reached_world(), &light_from_world, center, half_m));
         ranges.reduce(|a, b| (a.0.max(b.0), a.1.min(b.1)))
     }
 

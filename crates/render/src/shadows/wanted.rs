@@ -4,7 +4,7 @@ use super::cascades;
 use super::casters::{Caster, Casters, OfLight};
 use super::dealing::is_wide;
 use super::projection::{BORDER_TEXELS, TileProjection, cube_faces, looking_along};
-use super::{Dealing, LightKey, SIDE_MIN, ShadowSettings, Shadows};
+use super::{Dealing, LightKey, SIDE_MIN, ShadowFilter, ShadowSettings, Shadows};
 use crate::draws::WorldDraws;
 use crate::lights::{LightTable, TableLight};
 use crate::view::{DepthRange, View};
@@ -65,6 +65,8 @@ const SPOT_MAX_RAD: f32 = FRAC_PI_3;
 /// The nearest caster as a share of the range, in metres at most and at least.
 const NEAR_SHARE: f32 = 1.0 / 512.0;
 const NEAR_M: [f32; 2] = [1e-4, 0.02];
+/// The widest penumbra that `shadows.wgsl` finds, as a share of half the tile: its constant of that name.
+const PENUMBRA_MAX: f32 = 0.25;
 /// The sides in texels of maps for what is around places: of lights at a place, as fine over a right angle as the views
 /// around probes are, and of directional ones, over the whole scene.
 const AROUND_PX: f32 = 64.0;
@@ -87,13 +89,20 @@ impl Aim {
     }
 
     /// The same with no more depth than what casts a shadow into it takes, in steps, so that it stays while casters
-    /// move a little.
-    fn fitted(self, casters: &Casters<'_>, items: &[Caster]) -> Self {
+    /// move a little; and so wide that `shadows.wgsl` finds penumbrae of a light with that `penumbra_tan`, half the angle that it
+    /// takes in the sky.
+    fn fitted(self, casters: &Casters<'_>, items: &[Caster], penumbra_tan: f32) -> Self {
         let Self::Parallel { rotation, center, half_m, depth } = self else { return self };
         let at = (rotation.inverse() * center).truncate();
-        // The smallest tile has the widest border, and the grid of texels moves it by half a texel.
-        let column_m = half_m * (1.0 + 1.0 / SIDE_MIN as f32) / (1.0 - 2.0 * BORDER_TEXELS / SIDE_MIN as f32);
-        let Some((nearest, farthest)) = casters.depth_range(items, rotation, at, column_m) else { return self };
+        let range = |half_m: f32| {
+            // The smallest tile has the widest border, and the grid of texels moves it by half a texel.
+            let column_m = half_m * (1.0 + 1.0 / SIDE_MIN as f32) / (1.0 - 2.0 * BORDER_TEXELS / SIDE_MIN as f32);
+            casters.depth_range(items, rotation, at, column_m)
+        };
+        let Some((nearest, farthest)) = range(half_m) else { return self };
+        let widest_m = penumbra_tan * (nearest - farthest) / PENUMBRA_MAX;
+        let half_m = if widest_m > half_m { widest_m.log2().ceil().exp2() } else { half_m };
+        let Some((nearest, farthest)) = range(half_m) else { return self };
         let step_m = 0.5 * half_m.log2().floor().exp2();
         let nearest = ((nearest / step_m).floor() + 1.0) * step_m;
         let farthest = ((farthest / step_m).ceil() - 1.0) * step_m;
@@ -191,7 +200,10 @@ impl Shadows {
                         let (aims, of_light) = if is_directional {
                             let items = everywhere.get_or_insert_with(|| casters.everywhere().items).clone();
                             let aims = cascades::of_directional(light, viewer, world, settings);
-                            let aims = aims.into_iter().map(|aim| aim.fitted(casters, &items)).collect();
+                            let of_blockers = settings.filter == ShadowFilter::Pcss;
+                            let penumbra_tan = if of_blockers { light.radius_m } else { 0.0 };
+                            let fitted = |aim: Aim| aim.fitted(casters, &items, penumbra_tan);
+                            let aims = aims.into_iter().map(fitted).collect();
                             (aims, OfLight { items, is_in_emitter: false })
                         } else {
                             let range_m = light.range_m.unwrap_or(f32::INFINITY);

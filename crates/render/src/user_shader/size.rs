@@ -9,7 +9,7 @@ use std::collections::HashMap;
 use std::ops::Range;
 
 /// An entry point has at most so many expressions and statements, with those of the functions that it calls in place of
-/// each call. Software adapters compile about this many in a second or two, and the time grows faster than the number.
+/// each call. Compilers take longer than in proportion to that number; the built-in effects have a few thousand.
 pub(crate) const INSTRUCTIONS_MAX: u64 = 50_000;
 /// A `switch` has at most so many cases; compilers compare them one by one, and with each other.
 pub(crate) const CASES_MAX: usize = 1000;

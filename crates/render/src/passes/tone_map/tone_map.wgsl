@@ -135,7 +135,7 @@ fn fs_tone_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let display = encoded(over, position.xy, tone_map.dither * alpha);
         // Steps of a gradient are wider than pixels.
         let noise = (dither_noise(floor(position.xy)) - 0.5) * tone_map.dither * tone_map.is_gradient / 255.0;
-        return vec4f(select(display, behind_srgb + noise, alpha == 0.0), 1.0);
+        return vec4f(select(display, behind_srgb + noise, (alpha == 0.0) & all(beyond_alpha == vec3f(0.0))), 1.0);
     }
     if has_tint != 0u {
         // Alpha lets through what channels do on average, and the picture is right over white, as far as it can be.
