@@ -2,48 +2,6 @@
 import { join } from "node:path";
 import { open, out, test } from "./harness.mjs";
 
-/** Keys, wheel and fingers, which leave the view where something is to be seen. */
-async function controls(page, faults) {
-  const orbit = () => page.evaluate(() => window.manypass.orbit() && { ...window.manypass.orbit() });
-  await page.focus("#canvas");
-  await page.keyboard.press("Home");
-  if (await orbit()) faults.push("Home does not show the model as at first");
-  await page.keyboard.press("ArrowRight");
-  const turned = await orbit();
-  await page.keyboard.press("ArrowRight");
-  if (Math.abs((await orbit()).yaw - turned.yaw - 5) > 1e-6) faults.push("an arrow key does not turn by 5 degrees");
-  await page.keyboard.press("Shift+ArrowRight");
-  if ((await orbit()).target.every((at, axis) => at === turned.target[axis])) faults.push("Shift and an arrow key move nothing");
-  const wheel = (deltaY) => page.evaluate((deltaY) => {
-    for (let turn = 0; turn < 400; turn++) document.getElementById("canvas").dispatchEvent(new WheelEvent("wheel", { deltaY, cancelable: true }));
-    return window.manypass.orbit().radius;
-  }, deltaY);
-  const [far, near] = [await wheel(1e9), await wheel(-1e9)];
-  if (!(Math.abs(far / near / 1e6 - 1) < 1e-3)) faults.push(`the wheel zooms from ${near} to ${far} m`);
-  await page.keyboard.press("Home");
-  await page.keyboard.press("+");
-  const before = await orbit();
-  const touch = await page.context().newCDPSession(page);
-  const fingers = (type, ...places) => touch.send("Input.dispatchTouchEvent", { type, touchPoints: places.map(([x, y], id) => ({ x, y, id })) });
-  await fingers("touchStart", [300, 180], [340, 180]);
-  await fingers("touchMove", [280, 180], [360, 180]);
-  await fingers("touchEnd");
-  const pinched = (await orbit()).radius / before.radius;
-  if (!(Math.abs(pinched - 0.5) < 0.02)) faults.push(`two fingers twice as far apart change the radius by ${pinched}`);
-  await page.keyboard.press("Home");
-  await page.evaluate(() => window.manypass.draw());
-}
-
-/** What the address asks for that is no such thing is refused by name. */
-export const withWrongAddress = (browser, origin) => test("address", async (faults) => {
-  for (const [key, value] of [["size", "abc"], ["size", "0x10"], ["time", "soon"]]) {
-    const page = await open(browser, origin, { [key]: value }, { width: 96, height: 54 }, []);
-    const error = await page.evaluate(() => window.manypass.error);
-    if (!error?.includes(`?${key}=${value}`)) faults.push(`?${key}=${value} says: ${error}`);
-    await page.close();
-  }
-});
-
 /** The page as a user meets it: it turns, refuses, and takes dropped files. */
 export const asUser = (browser, origin) => test("page", async (faults) => {
   const page = await open(browser, origin, {}, { width: 640, height: 360 }, faults);
@@ -65,7 +23,6 @@ export const asUser = (browser, origin) => test("page", async (faults) => {
   });
   if (lit < 0.1) faults.push(`after turning only ${(100 * lit).toFixed(1)} % of the picture is lit`);
   await page.screenshot({ path: join(out, "page.png") });
-  await controls(page, faults);
   const drop = (files) => page.evaluate(async (files) => {
     const data = new DataTransfer();
     for (const [name, text] of files) data.items.add(new File([Uint8Array.from(atob(text), (c) => c.charCodeAt(0))], name));

@@ -410,7 +410,8 @@ fn relief_is_the_picture_and_the_shadow_of_the_mesh_that_it_stands_for() {
     let mut wrong_cases = Vec::new();
     for (name, light, least_smooth, most_with_self_shadow) in lights {
         let mesh = wavy(None, DEPTH_M, light.clone());
-        for (method, path, most) in [("deferred", Path::Deferred, 0.0007), ("forward", Path::Forward, 0.003)] {
+        // Maps of the two have other depths, by which they are rounded: one pixel or two.
+        for (method, path, most) in [("deferred", Path::Deferred, 0.001), ("forward", Path::Forward, 0.003)] {
             let expected = radiance(&mesh, &shadowed(&mesh, path));
             for (self_shadow, most) in [(false, most), (true, most_with_self_shadow)] {
                 let height = HeightMap { self_shadow, ..occlusion(DEPTH_M) };

@@ -87,7 +87,11 @@ impl Item {
     /// The box around it with its relief, which lies below its triangles.
     pub fn reached_world(&self) -> Aabb {
         let bounds = &self.bounds_world;
-        if bounds.is_empty() { *bounds } else { Aabb { min: bounds.min - self.relief_m, max: bounds.max + self.relief_m } }
+        if bounds.is_empty() {
+            *bounds
+        } else {
+            Aabb { min: bounds.min - self.relief_m, max: bounds.max + self.relief_m }
+        }
     }
 
     /// The bits of its layers and detail where its surface has a form.
@@ -246,9 +250,14 @@ impl WorldDraws {
         bounds
     }
 
-    /// No surface is nearer to `eye` than this, in metres, by the boxes around parts of it; infinite if there is none.
-    pub fn nearest_m(&self, eye: Vec3) -> f32 {
-        let distance_m = |bounds: &Aabb| eye.clamp(bounds.min, bounds.max).distance(eye);
+    /// No surface before `eye`, in the direction `forward`, is nearer than this, in metres, by the boxes around parts of
+    /// it; infinite if there is none.
+    pub fn nearest_m(&self, eye: Vec3, forward: Vec3) -> f32 {
+        let distance_m = |bounds: &Aabb| {
+            let (center, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
+            let is_behind = forward.dot(center - eye) + forward.abs().dot(half) < 0.0;
+            if is_behind { f32::INFINITY } else { eye.clamp(bounds.min, bounds.max).distance(eye) }
+        };
         let flat = Some(&self.flat_bounds_world).filter(|bounds| !bounds.is_empty());
         let mut nearest_m = flat.map_or(f32::INFINITY, distance_m);
         for item in &self.items {

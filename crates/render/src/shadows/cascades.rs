@@ -16,11 +16,11 @@ use manypass_scene::Aabb;
 /// From this share of the scene on, a cascade shows all of it, and none is needed beyond: of lights with sharp edges,
 /// and of wide ones.
 const WHOLE_SHARES: [f32; 2] = [0.75, 0.6];
-/// So many cascades cover what is seen at least, as far as settings allow them: each ends twice as far away as it begins,
-/// or where that is not enough four times. With twice as many texels across as the picture has pixels, and half of that
-/// where more maps share the atlas, a texel is three to five pixels wide at the most.
-const LEAST: u32 = 4;
-const RATIOS: [f32; 2] = [2.0, 4.0];
+/// Each cascade ends so many times as far away as it begins. With twice as many texels across as the picture has pixels,
+/// and half of that where more than four maps share the atlas, a texel is two to five pixels wide at the most.
+const RATIO: f32 = 4.0;
+/// So many equal parts there are where the scene is seen from outside, or by parallel rays.
+const PARTS: u32 = 4;
 
 /// The next power of √2 below a length, so that cascades keep their size while the camera moves a little.
 fn stepped_down(length_m: f32) -> f32 {
@@ -37,6 +37,7 @@ fn slices(viewer: &Viewer<'_>, world: &WorldDraws, settings: &ShadowSettings) ->
     let bounds = &world.bounds_world;
     let (center, radius) = (bounds.center(), bounds.radius_m());
     let eye = viewer.view.world_from_view.w_axis.truncate();
+    let forward = -viewer.view.world_from_view.z_axis.truncate().normalize_or_zero();
     let half_extent = half_extent(viewer);
     let mut far_m = stepped_up((eye.distance(center) + radius).max(1e-3));
     if settings.distance_m > 0.0 {
@@ -44,7 +45,7 @@ fn slices(viewer: &Viewer<'_>, world: &WorldDraws, settings: &ShadowSettings) ->
     }
     if viewer.view.is_orthographic() {
         // A pixel is as wide at all distances.
-        return splits(0.0, far_m / 256.0, far_m, 0.0, settings.cascades.min(LEAST));
+        return splits(0.0, far_m / 256.0, far_m, 0.0, settings.cascades.min(PARTS));
     }
     // What is seen at this distance from the eye is at least so far away along the view, at a corner of the picture.
     let along_view = (1.0 + half_extent.length_squared()).sqrt().recip();
@@ -54,15 +55,13 @@ fn slices(viewer: &Viewer<'_>, world: &WorldDraws, settings: &ShadowSettings) ->
     let first_m = stepped_down(scene_m.max(far_m / 32.0)).min(0.5 * far_m);
     if is_before {
         // From outside the scene is seen by few equal parts.
-        return splits(first_m, first_m, far_m, settings.split, settings.cascades.min(LEAST));
+        return splits(first_m, first_m, far_m, settings.split, settings.cascades.min(PARTS));
     }
-    let nearest_m = (along_view * world.nearest_m(eye).max(0.0)).max(viewer.range.near_m);
-    let reached = |ratio: f32, count: u32| far_m * ratio.powi(-(count as i32));
-    let is_enough = |ratio: &f32| reached(*ratio, LEAST.min(settings.cascades)) <= nearest_m;
-    let ratio = RATIOS.into_iter().find(is_enough).unwrap_or(RATIOS[1]);
+    let nearest_m = (along_view * world.nearest_m(eye, forward).max(0.0)).max(viewer.range.near_m);
+    let reached = |count: u32| far_m * RATIO.powi(-(count as i32));
     // The ladder hangs on its far end, so that a camera that comes nearer adds cascades and changes none.
-    let count = (1..settings.cascades).find(|count| reached(ratio, *count) <= nearest_m).unwrap_or(settings.cascades);
-    let near_m = reached(ratio, count);
+    let count = (1..settings.cascades).find(|count| reached(*count) <= nearest_m).unwrap_or(settings.cascades);
+    let near_m = reached(count);
     let begins_m = if viewer.sees_air || near_m > nearest_m { 0.0 } else { near_m };
     splits(begins_m, near_m, far_m, settings.split, count)
 }

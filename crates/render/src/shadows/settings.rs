@@ -33,8 +33,8 @@ settings! {
         /// browser: six for a point light, one for a spot. Those of the lights that matter least are left out, and
         /// counted. Stills have as many as their lights need.
         maps: u32 = 1024, in 0..=65536, needs "shadows.enabled=true";
-        /// The most shadow maps of a directional light, each for a part of the view's depth. Four are taken, and more where
-        /// the farthest surface lies more than 256 times as far away as the nearest.
+        /// The most shadow maps of a directional light, each for a part of the view's depth. As many are taken as make each
+        /// end four times as far away as it begins, from the nearest surface to the end of the scene.
         cascades: u32 = 8, in 1..=8, needs "shadows.enabled=true";
         /// Where one of them ends and the next begins: 0 for equal steps of distance, 1 for equal ratios, which leave
         /// texels about as wide in the picture at all distances.

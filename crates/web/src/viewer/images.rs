@@ -41,13 +41,6 @@ impl Viewer {
         self.late.missing().map(str::to_owned).collect()
     }
 
-    /// Whether images of the model are yet to come, of its own file or of others: a picture is whole without them only
-    /// after `nextImage`, `giveImage` or `missImage`.
-    #[wasm_bindgen(js_name = waitsForImages)]
-    pub fn waits_for_images(&self) -> bool {
-        !self.late.is_complete()
-    }
-
     /// Takes an image file that the model waits for. The next `render` shows it.
     ///
     /// # Errors
