@@ -21,6 +21,17 @@ pub fn check() -> Result<(), Failure> {
 /// How long what is being read or drawn may take to end by itself once the user has said stop.
 const GRACE: Duration = Duration::from_millis(1500);
 
+/// How much longer it may take where it has noticed: reports are still written then.
+const GRACE_TO_REPORT: Duration = Duration::from_secs(8);
+
+/// Raised once the program has noticed that the user has said stop, and ends by itself.
+static IS_ENDING: AtomicBool = AtomicBool::new(false);
+
+/// Says that the program ends by itself.
+pub fn notice() {
+    IS_ENDING.store(true, Ordering::SeqCst);
+}
+
 /// Whether somebody says already how the program ends.
 static IS_SAID: AtomicBool = AtomicBool::new(false);
 
@@ -52,6 +63,9 @@ pub fn heed(quiet: bool) {
 
 fn stop_after_grace() {
     std::thread::sleep(GRACE);
+    if IS_ENDING.load(Ordering::SeqCst) {
+        std::thread::sleep(GRACE_TO_REPORT);
+    }
     stop_now();
 }
 

@@ -1,6 +1,7 @@
 //! What every subcommand with a GPU needs: a renderer, failures, and the defaults of a request.
 
 use crate::failure::{Failure, Kind, say, shown};
+use crate::interrupt;
 use crate::memory;
 use manypass::shader::ProgramError;
 use manypass::{Cache, Gpu, GpuError, RenderError, Renderer};
@@ -53,7 +54,10 @@ pub fn gpu_failure(error: &GpuError) -> Failure {
 /// What a failed still means to the user.
 pub fn still_failure(error: &StillError) -> Failure {
     match error {
-        StillError::Stopped => Failure::new(Kind::Interrupted, error, "run it again with --skip-existing"),
+        StillError::Stopped => {
+            interrupt::notice();
+            Failure::new(Kind::Interrupted, error, "run it again with --skip-existing")
+        }
         StillError::Render(e) if e.is_device_lost() => Failure::new(Kind::DeviceLost, error, "try a smaller --size"),
         StillError::Render(RenderError::Program(ProgramError::Simulation { .. })) => Failure::new(
             Kind::Failed,

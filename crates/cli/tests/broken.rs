@@ -99,7 +99,7 @@ fn every_file_of_the_broken_sets_is_drawn_or_refused_as_the_reader_says() {
         }
     }
     println!("{drawn} drawn, {refused} refused");
-    assert!(drawn > 150 && refused > 70);
+    assert!(drawn > 150 && refused > 30);
 }
 
 /// A triangle as a `.gltf` beside `tri.bin`, with some parts replaced.

@@ -136,7 +136,6 @@ fn pipes_and_devices_in_place_of_files_are_refused() {
         &["render", "m.gltf", "--settings", "p.toml"],
         &["render", "m.gltf", "--environment", "p.hdr"],
         &["render", "m.gltf", "--environment", "cube"],
-        &["render", "m.gltf", "--environment", "/dev/zero"],
         &["diff", "p.png", "p.png"],
         &["diff", "/dev/zero", "p.png"],
     ] {
@@ -168,7 +167,7 @@ fn process_substitution_is_read() {
     folder.write("e.wgsl", b"//! pixel: f\nfn f(color: vec4f, position: vec2f) -> vec4f { return color; }\n");
     let program = env!("CARGO_BIN_EXE_manypass");
     for (line, expected) in [
-        (format!("{program} info <(cat m.gltf)"), "1 triangle"),
+        (format!("{program} info <(cat m.gltf)"), "triangles: 1"),
         (format!("{program} settings --effect <(cat e.wgsl)"), ".enabled"),
     ] {
         let mut bash = Command::new("bash");

@@ -16,9 +16,10 @@ use manypass_scene::Aabb;
 /// From this share of the scene on, a cascade shows all of it, and none is needed beyond: of lights with sharp edges,
 /// and of wide ones.
 const WHOLE_SHARES: [f32; 2] = [0.75, 0.6];
-/// Each cascade ends so many times as far away as it begins. With twice as many texels across as the picture has pixels,
-/// and half of that where more than four maps share the atlas, a texel is two to five pixels wide at the most.
-const RATIO: f32 = 4.0;
+/// Each cascade ends so many times as far away as it begins: twice where [`PARTS`] of them are enough, else four times.
+/// With twice as many texels across as the picture has pixels, and half of that where more than four maps share the
+/// atlas, a texel is one to five pixels wide at the most.
+const RATIOS: [f32; 2] = [2.0, 4.0];
 /// So many equal parts there are where the scene is seen from outside, or by parallel rays.
 const PARTS: u32 = 4;
 
@@ -58,7 +59,9 @@ fn slices(viewer: &Viewer<'_>, world: &WorldDraws, settings: &ShadowSettings) ->
         return splits(first_m, first_m, far_m, settings.split, settings.cascades.min(PARTS));
     }
     let nearest_m = (along_view * world.nearest_m(eye, forward).max(0.0)).max(viewer.range.near_m);
-    let reached = |count: u32| far_m * RATIO.powi(-(count as i32));
+    let is_enough = |ratio: &f32| far_m * ratio.powi(-(settings.cascades.min(PARTS) as i32)) <= nearest_m;
+    let ratio = RATIOS.into_iter().find(is_enough).unwrap_or(RATIOS[1]);
+    let reached = |count: u32| far_m * ratio.powi(-(count as i32));
     // The ladder hangs on its far end, so that a camera that comes nearer adds cascades and changes none.
     let count = (1..settings.cascades).find(|count| reached(*count) <= nearest_m).unwrap_or(settings.cascades);
     let near_m = reached(count);

@@ -34,7 +34,7 @@ settings! {
         /// counted. Stills have as many as their lights need.
         maps: u32 = 1024, in 0..=65536, needs "shadows.enabled=true";
         /// The most shadow maps of a directional light, each for a part of the view's depth. As many are taken as make each
-        /// end four times as far away as it begins, from the nearest surface to the end of the scene.
+        /// end four times as far away as it begins, from the nearest surface to the end of the scene; or twice, if four do.
         cascades: u32 = 8, in 1..=8, needs "shadows.enabled=true";
         /// Where one of them ends and the next begins: 0 for equal steps of distance, 1 for equal ratios, which leave
         /// texels about as wide in the picture at all distances.
