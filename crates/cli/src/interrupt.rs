@@ -22,7 +22,7 @@ pub fn check() -> Result<(), Failure> {
 const GRACE: Duration = Duration::from_millis(1500);
 
 /// How much longer it may take where it has noticed: reports are still written then.
-const GRACE_TO_REPORT: Duration = Duration::from_secs(8);
+const GRACE_TO_REPORT: Duration = Duration::from_millis(1500);
 
 /// Raised once the program has noticed that the user has said stop, and ends by itself.
 static IS_ENDING: AtomicBool = AtomicBool::new(false);
@@ -51,7 +51,7 @@ pub fn heed(quiet: bool) {
             stop_now();
         }
         if !quiet {
-            say(format_args!("interrupting after this step, within 2 s; once more stops at once"));
+            say(format_args!("interrupting after this step, within 3 s; once more stops at once"));
         }
         // This thread waits for a second signal.
         let deadline = std::thread::Builder::new().spawn(stop_after_grace);
