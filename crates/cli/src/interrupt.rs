@@ -19,7 +19,7 @@ pub fn check() -> Result<(), Failure> {
 }
 
 /// How long what is being read or drawn may take to end by itself once the user has said stop.
-const GRACE: Duration = Duration::from_millis(1500);
+const GRACE: Duration = Duration::from_secs(5);
 
 /// How much longer it may take where it has noticed: reports are still written then.
 const GRACE_TO_REPORT: Duration = Duration::from_millis(1500);
@@ -51,7 +51,7 @@ pub fn heed(quiet: bool) {
             stop_now();
         }
         if !quiet {
-            say(format_args!("interrupting after this step, within 3 s; once more stops at once"));
+            say(format_args!("interrupting after this step, within 7 s; once more stops at once"));
         }
         // This thread waits for a second signal.
         let deadline = std::thread::Builder::new().spawn(stop_after_grace);

@@ -235,7 +235,7 @@ fn ends_soon(mut child: std::process::Child, signal: &str) -> Option<i32> {
     let sent = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
     assert!(sent.is_ok_and(|status| status.success()), "kill");
     let start = std::time::Instant::now();
-    while start.elapsed() < Duration::from_secs(10) {
+    while start.elapsed() < Duration::from_secs(15) {
         if let Some(status) = child.try_wait().expect("waited for") {
             return status.code();
         }
