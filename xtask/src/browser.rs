@@ -8,9 +8,9 @@ mod variables;
 
 use crate::{
     setup,
-    step::{Tally, cargo, check, root},
+    step::{Tally, check, program, root},
 };
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use cases::{CASES, Case, GROUPS};
 use manypass_testkit::needs;
 use serde_json::json;
@@ -37,16 +37,7 @@ pub(crate) fn test() -> Result<Tally> {
     }
     ensure!(!found.is_empty(), "no model to draw");
 
-    for (case, input) in &found {
-        draw_natively(case, input, "native", &[])?;
-        for (index, settings) in case.without.iter().enumerate() {
-            draw_natively(case, input, &without(index), settings)?;
-        }
-    }
-    if found.iter().any(|(case, _)| case.has_variables) {
-        variables::draw_natively()?;
-    }
-    let cases: Vec<_> = found
+    let told: Vec<_> = found
         .iter()
         .map(|(case, input)| {
             let (options, effects) = case.page()?;
@@ -56,12 +47,13 @@ pub(crate) fn test() -> Result<Tally> {
                 "variables": variables, "frames": case.frames, "settles": case.settles, "orbits": case.orbits() }))
         })
         .collect::<Result<_>>()?;
-    let browser = check(
-        Command::new("node")
-            .args(["xtask/browser/run.mjs", &serde_json::to_string(&cases)?])
-            .current_dir(root())
-            .env("CHROMIUM", chromium),
-    );
+    let mut node = Command::new("node");
+    node.args(["xtask/browser/run.mjs", &serde_json::to_string(&told)?]).current_dir(root()).env("CHROMIUM", chromium);
+    // Both are often busy with one thread.
+    let browser = std::thread::spawn(move || check(&mut node));
+    let native = draw_all_natively(&found);
+    let browser = browser.join().map_err(|_| anyhow!("the thread that waits for the browser panicked"))?;
+    native?;
 
     let mut failures = Vec::new();
     for (case, _) in &found {
@@ -74,6 +66,19 @@ pub(crate) fn test() -> Result<Tally> {
     Ok(Tally::step_without(missing as i64))
 }
 
+fn draw_all_natively(found: &[(&Case, String)]) -> Result<()> {
+    for (case, input) in found {
+        draw_natively(case, input, "native", &[])?;
+        for (index, settings) in case.without.iter().enumerate() {
+            draw_natively(case, input, &without(index), settings)?;
+        }
+    }
+    if found.iter().any(|(case, _)| case.has_variables) {
+        variables::draw_natively()?;
+    }
+    Ok(())
+}
+
 /// What a picture without what its case is for is called, and its report.
 fn without(index: usize) -> String {
     format!("without-{index}")
@@ -83,8 +88,8 @@ fn without(index: usize) -> String {
 fn draw_natively(case: &Case, input: &str, what: &str, settings: &[(&str, &str)]) -> Result<()> {
     let size = format!("{}x{}", case.size.0, case.size.1);
     let input = case.native_input(input)?;
-    let mut command = cargo(["run", "--quiet", "-p", "manypass-cli", "--", "render", &input, "--size", &size]);
-    command.args(case.arguments());
+    let mut command = program()?;
+    command.args(["render", &input, "--size", &size]).args(case.arguments());
     command.args(settings.iter().flat_map(|(key, value)| ["--set".to_owned(), format!("{key}={value}")]));
     let report = picture(case, what).with_extension("json");
     command.args(["--samples", "1", "--quiet", "--report"]).arg(report).arg("-o");

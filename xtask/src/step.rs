@@ -8,6 +8,7 @@ use std::{
     io::{BufRead, BufReader},
     path::{Path, PathBuf},
     process::{Command, Stdio},
+    sync::{Mutex, PoisonError},
     time::Instant,
 };
 
@@ -124,6 +125,20 @@ pub(crate) fn cargo<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> 
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments).current_dir(root());
     command
+}
+
+/// The program as the tests have it, in the repository's root. Built for itself it would have other features of its
+/// dependencies, and compile them once more.
+pub(crate) fn program() -> Result<Command> {
+    static IS_BUILT: Mutex<bool> = Mutex::new(false);
+    let mut is_built = IS_BUILT.lock().unwrap_or_else(PoisonError::into_inner);
+    if !*is_built {
+        check(&mut cargo(["test", "--quiet", "--workspace", "--no-run", "--test", "usage"]))?;
+        *is_built = true;
+    }
+    let mut command = Command::new(root().join("target/debug/manypass"));
+    command.current_dir(root());
+    Ok(command)
 }
 
 /// Runs a program to its end.

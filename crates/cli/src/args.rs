@@ -47,7 +47,8 @@ const RENDER_EXAMPLES: &str = "Examples:
   cat a.glb | manypass render - -o - --format png > a.png
 
 Without --camera, --eye and --orbit: the file's first camera, which --target, --up, --fov-y, --ortho-height, --near and \
---far change; else the whole model from yaw 30, pitch 28, a margin of 6 % around it; a room without a camera from inside. \
+--far change; else, and where that camera shows less than a tenth of the model or the model in less than a tenth of the picture, \
+the whole model from yaw 30, pitch 28, a margin of 6 % around it; a room without a camera from inside. \
 With --time, --frames or --animation the whole model is all that it covers while the animation plays.
 Yaw 0 looks along -Z from +Z and grows towards +X; positive pitch looks down from above.
 Without --environment it is `studio`; where the file has lights it is faint, and exposure is `auto`.";
@@ -193,8 +194,8 @@ pub struct FrameArgs {
     /// [default: the materials that the file names].
     #[arg(long, value_name = "NAME|INDEX|all")]
     pub variant: Option<String>,
-    /// A camera of the file; or `all` of them, each a picture.
-    #[arg(long, value_name = "NAME|INDEX|all", conflicts_with_all = ["eye", "orbit", "target", "up", "fov_y", "ortho_height", "near", "far"])]
+    /// A camera of the file; `all` of them, each a picture; or `auto`, which shows the whole model, or a room from inside.
+    #[arg(long, value_name = "NAME|INDEX|auto|all", conflicts_with_all = ["eye", "orbit", "target", "up", "fov_y", "ortho_height", "near", "far"])]
     pub camera: Option<String>,
     /// Where the camera is, in metres.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "orbit")]

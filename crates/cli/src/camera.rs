@@ -12,6 +12,8 @@ pub enum Place {
     /// The file's first camera, else the whole model, or a room from inside.
     #[default]
     Default,
+    /// The whole model, or a room from inside, whatever cameras the file has.
+    Automatic,
     /// A camera of the file, by name or index.
     Named(String),
     /// A camera of the file, by index.
@@ -75,6 +77,10 @@ pub fn resolve(
             Some(own) => return changed(spec, framing, own),
             None => DEFAULT_ORBIT,
         },
+        Place::Automatic => match framing.interior() {
+            Some(interior) => return changed(spec, framing, (interior.world_from_view, interior.projection)),
+            None => DEFAULT_ORBIT,
+        },
         Place::Named(name) => return named(scene, name, aspect),
         Place::OfFile(index) => {
             let gone = || Failure::usage(format!("camera {index} is not in the scene"), "show another --scene");
@@ -89,7 +95,7 @@ pub fn resolve(
             let orbit = Orbit { yaw_deg, pitch_deg, radius_m, up };
             (orbit_rotation(yaw_deg + turn_deg, pitch_deg, up), orbit.eye(spec, framing, aspect, turn_deg))
         }
-        Place::Default | Place::Named(_) | Place::OfFile(_) => (Quat::IDENTITY, framing.center_world()),
+        Place::Default | Place::Automatic | Place::Named(_) | Place::OfFile(_) => (Quat::IDENTITY, framing.center_world()),
     };
     Ok((Mat4::from_rotation_translation(rotation, eye), projection(spec, framing, eye, rotation)))
 }
@@ -99,6 +105,23 @@ pub fn hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Option<Strin
     let has_no_other = scene.placed_cameras().is_empty() || spec.turns;
     let is_inside = spec.place == Place::Default && has_no_other && framing.interior().is_some();
     is_inside.then(|| "it encloses its middle and is seen from inside; --orbit 30,28,auto shows it from outside".into())
+}
+
+/// What to say where nobody asks for a camera and the file's own shows hardly anything of the model, so that the automatic
+/// one is taken; none where it does, where it moves, and in a room, of which a camera sees a part.
+pub fn hides_model(spec: &CameraSpec, scene: &Scene, framing: &Framing, aspect: f32) -> Option<String> {
+    if *spec != CameraSpec::default() || framing.bounds_world().is_empty() || scene.has_moving_cameras() {
+        return None;
+    }
+    let shown = framing.shown_by(scene.first_camera(aspect)?, aspect);
+    if shown.is_enough() || framing.clone().looking_inside(scene).interior().is_some() {
+        return None;
+    }
+    let percent = |share: f32| (100.0 * share).round();
+    let (of_model, of_picture) = (percent(shown.of_model), percent(shown.of_picture));
+    let found = format!("the file's camera shows {of_model} % of the model, in {of_picture} % of the picture");
+    let index = scene.placed_cameras().first().map_or(0, |(index, ..)| *index);
+    Some(format!("{found}: it is shown whole; --camera {index} takes the file's"))
 }
 
 /// The camera of a turntable in a room, which turns in its middle; none elsewhere, and where something is to be looked at.

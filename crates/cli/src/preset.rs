@@ -36,6 +36,7 @@ impl Preset {
                 ("exposure.adapt", "false"),
                 ("effects.enabled", "false"),
                 ("tone_map.curve", "none"),
+                ("transparency.masks", "cutoff"),
             ],
         }
     }

@@ -68,7 +68,7 @@ impl Surroundings {
 }
 
 fn read(path: &Path) -> Result<EnvironmentMap, Failure> {
-    EnvironmentMap::load_path(path).map_err(|error| {
+    EnvironmentMap::load_path(path).map(EnvironmentMap::with_sun_as_light).map_err(|error| {
         let hint = "name an equirectangular .hdr or .exr file, a cube map in a .ktx2 file, or a folder with the six faces of a cube";
         Failure::new(Kind::Failed, error, hint)
     })

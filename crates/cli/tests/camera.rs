@@ -50,6 +50,41 @@ fn two_scenes(folder: &Folder) {
     );
 }
 
+/// A triangle of 1 m, and a camera `distance_m` before it that looks at it.
+fn seen_from(distance_m: f32) -> String {
+    let corners: Vec<u8> = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].into_iter().flat_map(f32::to_le_bytes).collect();
+    let uri = manypass_testkit::data_uri("application/octet-stream", &corners);
+    format!(
+        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0,1]}}],
+        "nodes":[{{"mesh":0}},{{"camera":0,"translation":[0.4,0.4,{distance_m}]}}],
+        "cameras":[{{"type":"perspective","perspective":{{"yfov":0.8,"znear":0.01}}}}],
+        "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0}}}}]}}],
+        "accessors":[{{"bufferView":0,"componentType":5126,"count":3,"type":"VEC3","min":[0,0,0],"max":[1,1,0]}}],
+        "bufferViews":[{{"buffer":0,"byteLength":36}}],"buffers":[{{"byteLength":36,"uri":"{uri}"}}]}}"#
+    )
+}
+
+#[test]
+fn a_model_that_its_camera_hardly_shows_is_shown_whole() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("camera-automatic");
+    folder.write("near.gltf", seen_from(2.0).as_bytes());
+    folder.write("far.gltf", seen_from(20.0).as_bytes());
+    let said = |model: &str, out: &str, more: &[&str]| {
+        let run = render(&folder, &[&[model, "-o", out][..], more].concat()).expect(0);
+        run.stderr.contains("it is shown whole; --camera 0 takes the file's")
+    };
+    assert!(!said("near.gltf", "near.png", &[]) && !said("near.gltf", "near0.png", &["--camera", "0"]));
+    assert!(bytes(&folder, "near.png") == bytes(&folder, "near0.png"), "the file's camera shows it");
+    assert!(said("far.gltf", "far.png", &[]) && !said("far.gltf", "auto.png", &["--camera", "auto"]));
+    assert!(bytes(&folder, "far.png") == bytes(&folder, "auto.png"));
+    // What is asked for is shown, and sequences are seen as the file says.
+    assert!(!said("far.gltf", "far0.png", &["--camera", "0"]) && !said("far.gltf", "f{frame}.png", &["--frames", "0..0"]));
+    assert!(bytes(&folder, "far0.png") == bytes(&folder, "f0.png") && bytes(&folder, "far0.png") != bytes(&folder, "far.png"));
+}
+
 #[test]
 fn a_frame_is_the_same_alone_in_a_range_and_by_its_time_and_nothing_leaves_the_picture() {
     if !has_adapter() {

@@ -272,6 +272,33 @@ fn frames_follow_the_animation() {
 }
 
 #[test]
+fn effects_go_on_from_frame_to_frame_of_a_sequence() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("keeps");
+    folder.write("tri.glb", &triangle_glb([0.9, 0.1, 0.1]));
+    let count = "//! effect count\n//! reads: display, previous\n@fragment\n\
+        fn fs_count(@builtin(position) position: vec4f) -> @location(0) vec4f {\n\
+        let pixel = vec2i(position.xy);\n\
+        return max(vec4f(textureLoad(previous, pixel, 0).rgb + 0.1, 1.0), 0.0 * display_at(pixel));\n}\n";
+    folder.write("count.wgsl", count.as_bytes());
+    let same = ["tri.glb", "--effect", "count.wgsl", "--ground", "none", "--background", "000000", "--size", "16x9"];
+    for samples in ["1", "5"] {
+        let words = ["--samples", samples, "--turntable", "4", "--frames", "0..2", "-o", "{frame}.png"];
+        run_in(&folder, &[&["render"], &same[..], &words].concat()).expect(0);
+        // 0.1, 0.2 and 0.3 in sRGB: the effect adds to what it made in the frame before.
+        for (frame, expected) in [89u8, 124, 149].into_iter().enumerate() {
+            let corner = picture(&folder.join(&format!("{frame}.png"))).get_pixel(0, 0).0[0];
+            assert!(corner.abs_diff(expected) <= 1, "{samples} samples, frame {frame}: {corner}, not {expected}");
+        }
+    }
+    // A still has none before it.
+    run_in(&folder, &[&["render"], &same[..], &["--samples", "1", "-o", "still.png"]].concat()).expect(0);
+    assert!(picture(&folder.join("still.png")).get_pixel(0, 0).0[0].abs_diff(89) <= 1);
+}
+
+#[test]
 fn exr_files_hold_the_layers() {
     if !has_adapter() {
         return;

@@ -7,7 +7,6 @@ mod radiance;
 mod settings;
 pub(crate) mod stored;
 pub(crate) mod studio;
-pub(crate) mod suns;
 pub(crate) mod tiles;
 
 pub(crate) use computed::ComputedEnvironments;
@@ -20,6 +19,7 @@ use crate::resources::environment::EnvironmentTiles;
 use crate::surroundings::SurroundingsUniforms;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
+use manypass_scene::environment::suns;
 use manypass_scene::{Cache, EnvironmentLight, Scene};
 use std::sync::Arc;
 

@@ -1,10 +1,10 @@
 //! Exposure: what a picture's radiance is multiplied by, given in stops or found by metering.
 //!
 //! # The curve
-//! Let x be the log-average luminance of what is metered, in stops above mid grey (0.18). Within 2 stops nothing
-//! changes. Beyond, of the t = |x| − 2 stops that exceed them, t / (1 + 4 t) remain: the level of the picture rises
-//! with the level of the light, so that night stays darker than day, and ends at 2.25 stops from mid grey. It is
-//! continuous, and so is its slope.
+//! Let x be the log-average luminance of what is metered, in stops above mid grey (0.18). Within half a stop nothing
+//! changes. Beyond, of the t = |x| − 0.5 stops that exceed it, t / (1 + t) remain: the level of the picture rises with
+//! the level of the light, so that night stays darker than day, and ends at 1.5 stops from mid grey: surfaces of the
+//! mean reflectance can be told from black and from white. It is continuous, and so is its slope.
 
 mod adaptation;
 mod settings;
@@ -25,10 +25,10 @@ use std::str::FromStr;
 pub const MID_GREY: f64 = 0.18;
 
 /// So many stops from mid grey nothing changes.
-const UNCHANGED_STOPS: f64 = 2.0;
+const UNCHANGED_STOPS: f64 = 0.5;
 
-/// Of what exceeds them, t, this makes t / (1 + 4 t) remain.
-const COMPRESSION: f64 = 4.0;
+/// So many stops from mid grey half floats need no other scale.
+const UNSCALED_STOPS: f64 = 2.0;
 
 /// The shares of dark surfaces between which the faint studio becomes the whole one.
 const UNLIT_SHARES: [f32; 2] = [0.5, 0.85];
@@ -62,10 +62,11 @@ impl Exposure {
     }
 
     /// With [`Self::Scene`] as it is for `scene` in an environment: under the sky, whose light is many times as bright
-    /// at noon as in the evening, it is metered, too, unless the scene states one.
+    /// at noon as in the evening, and in a picture, whose unit is whatever its maker took, it is metered, too, unless the
+    /// scene states one.
     pub fn resolved(self, scene: &Scene, environment: Environment) -> Self {
         match (self, scene.exposure_stops, environment) {
-            (Self::Scene, None, Environment::Sky) => Self::AUTO,
+            (Self::Scene, None, Environment::Sky | Environment::File) => Self::AUTO,
             (Self::Scene, ..) => Self::of_scene(scene),
             _ => self,
         }
@@ -143,7 +144,7 @@ pub struct Metering {
 /// The level of the picture, in stops above mid grey, of light that is `stops` above it.
 pub fn picture_level_stops(stops: f64) -> f64 {
     let excess = stops.abs() - UNCHANGED_STOPS;
-    if excess <= 0.0 { stops } else { stops.signum() * (UNCHANGED_STOPS + excess / (1.0 + COMPRESSION * excess)) }
+    if excess <= 0.0 { stops } else { stops.signum() * (UNCHANGED_STOPS + excess / (1.0 + excess)) }
 }
 
 /// Above this the metered peak is brought down, so that sparks that metering missed have room: ten times below the
@@ -158,7 +159,7 @@ impl Metering {
     /// From the log-average luminance, if there is light, the largest component of radiance and the share of surfaces.
     pub(crate) fn new(log_average_luminance: Option<f64>, peak: f64, surface_share: f64) -> Self {
         let level = log_average_luminance.map_or(0.0, |average| (average / MID_GREY).log2());
-        let wanted = if level.abs() <= UNCHANGED_STOPS { 0 } else { -level.round() as i32 };
+        let wanted = if level.abs() <= UNSCALED_STOPS { 0 } else { -level.round() as i32 };
         let room = if peak > 0.0 { (PRE_EXPOSED_PEAK / peak).log2().floor() as i32 } else { wanted };
         Self {
             log_average_luminance,
@@ -267,7 +268,7 @@ mod tests {
 
     #[test]
     fn the_curve_is_as_stated() {
-        for stops in [-2.0, -1.3, 0.0, 0.4, 2.0] {
+        for stops in [-0.5, -0.3, 0.0, 0.4, 0.5] {
             assert_eq!(picture_level_stops(stops), stops);
         }
         let mut last = f64::NEG_INFINITY;
@@ -278,9 +279,9 @@ mod tests {
             assert_eq!(picture_level_stops(-x), -level);
             last = level;
         }
-        // Ten stops over come to 2 + 8 / 33.
-        assert!((picture_level_stops(10.0) - 2.242_424).abs() < 1e-6);
-        assert!(picture_level_stops(40.0) < 2.25);
+        // Ten stops over come to 0.5 + 9.5 / 10.5.
+        assert!((picture_level_stops(10.0) - 1.404_762).abs() < 1e-6);
+        assert!(picture_level_stops(40.0) < 1.5);
     }
 
     #[test]
@@ -298,6 +299,18 @@ mod tests {
         for wrong in ["", "auto1", "auto+", "nan", "auto+nan", "65", "automatic", "auto+-1x"] {
             assert!(wrong.parse::<Exposure>().is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn what_the_sky_or_a_picture_lights_is_metered_unless_the_scene_states_an_exposure() {
+        let plain = Scene::default();
+        let stated = Scene { exposure_stops: Some(1.5), ..Scene::default() };
+        for environment in [Environment::Sky, Environment::File] {
+            assert_eq!(Exposure::Scene.resolved(&plain, environment), Exposure::AUTO);
+            assert_eq!(Exposure::Scene.resolved(&stated, environment), Exposure::Stops(1.5));
+            assert_eq!(Exposure::Stops(2.0).resolved(&plain, environment), Exposure::Stops(2.0));
+        }
+        assert_eq!(Exposure::Scene.resolved(&plain, Environment::Studio), Exposure::Stops(0.0));
     }
 
     #[test]

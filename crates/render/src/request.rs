@@ -57,6 +57,9 @@ pub struct FrameRequest {
     /// filtered like those of a picture of its own. Otherwise a picture depends on nothing before its first sample, and
     /// all its samples are filtered alike.
     pub goes_on: bool,
+    /// Whether effects go on from what they made in the view's last frame (`reads: previous`), as the frames of a
+    /// sequence do; all else depends on nothing before it. [`Self::goes_on`] says so, too.
+    pub effects_go_on: bool,
     /// The height of the ground, if there is one (`ground.mode`): where the scene's lowest point is, over an animation
     /// if it plays. Without it the lower side of the bounds of what is drawn, which encloses what is turned with some
     /// room.
@@ -262,8 +265,8 @@ impl FrameRequest {
                 settings.environment.source = defaults.environment;
             }
             if settings.exposure.stops == Exposure::Scene {
-                let is_sky = settings.environment.source == Environment::Sky;
-                let of_scene = if is_sky { defaults.exposure_under_sky } else { defaults.exposure };
+                let is_outside = matches!(settings.environment.source, Environment::Sky | Environment::File);
+                let of_scene = if is_outside { defaults.exposure_under_sky } else { defaults.exposure };
                 settings.exposure.stops = if settings.exposure.adapt { Exposure::AUTO } else { of_scene };
             }
         })
@@ -299,7 +302,10 @@ impl FrameRequest {
     /// The same with what the settings leave open, as they allow it.
     pub(crate) fn with_switches_resolved(mut self) -> Self {
         let is_of_one_view = !self.is_fisheye();
-        let Settings { render, occlusion, reflections, .. } = &mut self.settings;
+        // The first frame of a live view is shown before the others are there.
+        let sample_count = if self.goes_on { 1 } else { self.sample_count };
+        let Settings { render, occlusion, reflections, transparency, .. } = &mut self.settings;
+        transparency.masks = transparency.masks.resolved(sample_count);
         let is_possible = is_of_one_view && render.path != Path::Gouraud;
         occlusion.enabled = occlusion.enabled.resolved(is_possible);
         reflections.enabled = reflections.enabled.resolved(is_possible);
@@ -327,6 +333,7 @@ impl FrameRequest {
             frames_per_sample: 1,
             light_rounds: None,
             goes_on: false,
+            effects_go_on: false,
             settings: Settings::default(),
             light_subset: None,
             metering: None,

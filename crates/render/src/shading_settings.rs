@@ -22,16 +22,33 @@ settings! {
         /// Blinn–Phong's lobe with the exponent of the same roughness (docs/lighting.md). Light from the environment is
         /// the same under all.
         model: ReflectanceModel = ReflectanceModel::Pbr;
+        /// The exponent of Phong's and of Blinn–Phong's lobe: the larger, the smaller and brighter the highlight. 0 takes
+        /// that of the surface's roughness.
+        shininess: u32 = 0, in 0..=10_000, unit "exponent";
+        /// What Phong's and Blinn–Phong's lobe is multiplied by; 0 leaves diffuse light alone.
+        specular_strength: f32 = 1.0, in 0.0..=16.0, unit "factor";
+        /// The share of what surfaces mirror of the environment and of each other that is shown; what it lacks of 1 is
+        /// diffuse light instead. Materials with layers mirror all.
+        reflectivity: f32 = 1.0, in 0.0..=1.0, unit "share";
     }
 }
 
-impl ReflectanceModel {
-    /// The `override` constants that shaders take for it.
-    pub(crate) fn constants(self) -> Vec<(&'static str, u32)> {
-        match self {
-            Self::Pbr => Vec::new(),
-            Self::Phong => vec![("reflectance_model", 1)],
-            Self::BlinnPhong => vec![("reflectance_model", 2)],
+impl ShadingSettings {
+    /// The `override` constants that shaders take for them.
+    pub(crate) fn constants(&self) -> Vec<(&'static str, u32)> {
+        let model = match self.model {
+            ReflectanceModel::Pbr => 0,
+            ReflectanceModel::Phong => 1,
+            ReflectanceModel::BlinnPhong => 2,
+        };
+        let mut constants = Vec::new();
+        if model > 0 {
+            constants.extend([("reflectance_model", model), ("shininess", self.shininess)]);
+            constants.push(("lobe_lost", (1.0 - self.specular_strength).to_bits()));
         }
+        if self.reflectivity < 1.0 {
+            constants.push(("mirrored_lost", (1.0 - self.reflectivity).to_bits()));
+        }
+        constants
     }
 }

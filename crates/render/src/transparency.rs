@@ -32,8 +32,10 @@ choices! {
 choices! {
     /// Which fragments masks drop.
     pub enum Masks {
-        /// Those whose alpha is less than the cutoff.
+        /// Hashed in stills of several samples, whose mean has no pattern; else those below the cutoff.
         #[default]
+        Auto = "auto",
+        /// Those whose alpha is less than the cutoff.
         Cutoff = "cutoff",
         /// Where texels are smaller than pixels those whose alpha is less than a hash of their place (Wyman & McGuire
         /// 2017).
@@ -41,11 +43,23 @@ choices! {
     }
 }
 
+/// From so many samples on the mean of a still shows no pattern of a hash.
+const HASHED_SAMPLES: u32 = 4;
+
 impl Masks {
+    /// With [`Self::Auto`] as it is in a picture of so many samples.
+    pub(crate) fn resolved(self, sample_count: u32) -> Self {
+        match self {
+            Self::Auto if sample_count >= HASHED_SAMPLES => Self::Hashed,
+            Self::Auto => Self::Cutoff,
+            masks => masks,
+        }
+    }
+
     /// The `override` constants that shaders take for it.
     pub(crate) fn constants(self) -> Vec<Constant> {
         match self {
-            Self::Cutoff => Vec::new(),
+            Self::Auto | Self::Cutoff => Vec::new(),
             Self::Hashed => vec![("hashed_masks", 1)],
         }
     }

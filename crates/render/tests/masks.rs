@@ -122,6 +122,20 @@ fn as_much_of_a_distant_mask_stays_as_covers_its_pixels() {
 }
 
 #[test]
+fn distant_masks_of_stills_keep_their_coverage_by_default() {
+    let scene = sieve(16.0, ShadingModel::Unlit).finish();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let of_default = manypass::Settings::default().transparency.masks;
+    let mut still = request(&scene, of_default);
+    // Of one sample there would be a pattern.
+    assert_eq!(mean(&radiance_of(&mut renderer, &scene, &still)), 0.0);
+    still.sample_count = 16;
+    let kept = mean(&radiance_of(&mut renderer, &scene, &still));
+    assert!((kept - SHARE).abs() < 0.03, "{kept} of {SHARE}");
+}
+
+#[test]
 fn masks_that_are_near_are_cut_as_ever() {
     // Eight pixels a texel.
     let scene = sieve(0.25, ShadingModel::Unlit).finish();

@@ -8,6 +8,7 @@ mod cube;
 mod exr_file;
 mod ktx2;
 mod radiance;
+pub mod suns;
 
 pub use cube::{CUBE_FACES, FACE_SIDE_MAX, face_files, files_of};
 pub use exr_file::{exr_fault, missing_channels};

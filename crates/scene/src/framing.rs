@@ -9,15 +9,17 @@ mod interior;
 mod outer;
 mod panorama;
 mod points;
+mod shown;
 #[cfg(test)]
 mod tests;
 mod vertices;
 
 pub use fit::Fit;
 pub use interior::Interior;
+pub use shown::{LEAST_OF_MODEL, LEAST_OF_PICTURE, Shown};
 
 use crate::capture::{Monitor, MonitorCamera};
-use crate::{Aabb, Projection, Scene};
+use crate::{Aabb, Animation, NodeId, Projection, Property, Scene};
 use glam::{Mat3, Mat4, Quat, Vec3};
 use points::Points;
 
@@ -186,6 +188,18 @@ impl Scene {
         placed.and_then(|(index, world_from_view, _)| {
             Some((world_from_view, self.cameras.get(index)?.projection_in(aspect)))
         })
+    }
+
+    /// Whether an animation moves a camera, or what carries it.
+    pub fn has_moving_cameras(&self) -> bool {
+        let carriers = |id: NodeId| std::iter::successors(Some(id), |id| self.nodes.get(id.0 as usize)?.parent);
+        let ids = (0u32..).zip(&self.nodes).filter(|(_, node)| node.camera.is_some()).map(|(id, _)| NodeId(id));
+        let carried: Vec<NodeId> = ids.flat_map(carriers).collect();
+        let moves = |animation: &Animation| {
+            let changes_lens = animation.properties.iter().any(|of| matches!(of.property, Property::Camera(..)));
+            changes_lens || animation.channels.iter().any(|channel| carried.contains(&channel.node))
+        };
+        self.animations.iter().any(moves)
     }
 
     /// The cameras of visible nodes in the order of the file, each with its index, `world_from_view` without the scale

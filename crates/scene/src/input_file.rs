@@ -22,7 +22,7 @@ pub enum InputError {
     #[error("it is a folder")]
     Folder,
     /// A device, a named pipe or a socket.
-    #[error("it is not a regular file, but a device or a named pipe; a model can be piped in as `-`")]
+    #[error("it is not a regular file, but a device or a named pipe")]
     NotRegular,
     /// More bytes than are read.
     #[error("it is larger than {mib} MiB", mib = .0 >> 20)]

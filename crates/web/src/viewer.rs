@@ -229,7 +229,7 @@ impl Viewer {
     #[wasm_bindgen(js_name = loadEnvironment)]
     pub fn load_environment(&mut self, bytes: Vec<u8>) -> Result<(), JsError> {
         let scene = self.scene.as_mut().ok_or_else(|| JsError::new("load a model first"))?;
-        let map = manypass::scene::EnvironmentMap::decode("the environment", &bytes)?;
+        let map = manypass::scene::EnvironmentMap::decode("the environment", &bytes)?.with_sun_as_light();
         self.warnings.extend(map.notes.iter().cloned());
         scene.environment = Some(map.into());
         self.forget_frame();

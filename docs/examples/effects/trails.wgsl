@@ -2,7 +2,7 @@
 //! reads: display, previous
 
 // What was bright stays a while, as on an old screen. Shows `previous`: what the effect itself made in the frame before
-// of a live view. A still has none, and stays as it is.
+// of a live view or a sequence. A still has none, and stays as it is.
 
 /// How much is left of the frame before, share
 // = 0.85 in 0..0.99

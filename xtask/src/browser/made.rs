@@ -1,6 +1,6 @@
 //! Files that are written for the browser's tests: a page is given one file of a model, and nothing beside it.
 
-use crate::step::{cargo, check, root};
+use crate::step::{check, program, root};
 use anyhow::{Context, Result};
 use manypass_testkit::data_uri;
 use manypass_testkit::ktx2::cube_map;
@@ -38,7 +38,8 @@ pub(super) fn write_cornell(model: &str) -> Result<()> {
     };
     // One of an earlier version would not be replaced.
     let _ = std::fs::remove_file(root().join(model).with_extension("stage.toml"));
-    let mut command = cargo(["run", "--quiet", "-p", "manypass-cli", "--", "bake", "demo:cornell", "-o", model]);
+    let mut command = program()?;
+    command.args(["bake", "demo:cornell", "-o", model]);
     // Directions lie in the same texture as light, which has no other test in browsers; nothing of the box is bent.
     command.args(if model == BAKED { &["--directional"][..] } else { &[] });
     check(command.args(["--what", what, "--density", "32", "--samples", "64", "--quiet"]))

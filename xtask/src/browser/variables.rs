@@ -2,7 +2,7 @@
 //! that turned since the frame before.
 
 use super::{BACKENDS, cases::WIDE};
-use crate::step::{cargo, check, root};
+use crate::step::{check, program, root};
 use anyhow::{Context, Result, ensure};
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -62,8 +62,8 @@ fn list(values: [f64; 3]) -> String {
 pub(super) fn draw_natively() -> Result<()> {
     let size = format!("{}x{}", WIDE.0, WIDE.1);
     let (orbit, target, aovs) = (list(ORBIT), list(TARGET), VARIABLES.map(|variable| variable.name).join(","));
-    let mut command =
-        cargo(["run", "--quiet", "-p", "manypass-cli", "--", "render", MODEL, "--samples", "1", "--quiet"]);
+    let mut command = program()?;
+    command.args(["render", MODEL, "--samples", "1", "--quiet"]);
     command.args(["--size", &size, "--orbit", &orbit, "--target", &target, "--fov-y", FOV_Y_DEG]);
     command.args(["--turntable", TURNTABLE, "--frames", "1..1", "--aov", &aovs]);
     command.arg("--report").arg(folder().join("variables.json")).arg("-o").arg(folder().join("variables-{frame}.png"));

@@ -5,6 +5,9 @@ use crate::camera::{CameraSpec, Place};
 use crate::failure::Failure;
 use glam::Vec3;
 
+/// What `--camera` takes for the automatic camera; a camera of that name is taken by its index.
+const AUTOMATIC: &str = "auto";
+
 /// The largest coordinate and distance: their squares, and sums of those, can still be computed.
 const LARGEST: f32 = 1e15;
 
@@ -39,6 +42,7 @@ pub fn spec(args: &FrameArgs, turns: bool) -> Result<CameraSpec, Failure> {
         value => Ok(value),
     };
     spec.place = match (&args.camera, &args.eye, &args.orbit) {
+        (Some(name), _, _) if name == AUTOMATIC => Place::Automatic,
         (Some(name), _, _) => Place::Named(name.clone()),
         (_, Some(eye), _) => Place::Eye(vector(eye, "--eye")?),
         (_, _, Some(orbit)) => orbit_place(orbit)?,

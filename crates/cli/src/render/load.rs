@@ -3,6 +3,7 @@
 use super::{Batch, failed};
 use crate::ahead::ReadAhead;
 use crate::args::RenderArgs;
+use crate::camera::Place;
 use crate::deliver::check_ids;
 use crate::exposure::Taken;
 use crate::failure::{Failure, say};
@@ -72,7 +73,7 @@ impl Batch<'_> {
             .map(|_| input_files(&item.input, surroundings::file(&self.settings)))
             .unwrap_or_default();
         scenes::show(&mut scene, self.args.frame.scene.as_deref(), &mut warnings)?;
-        let looks = looks::of_scene(&scene, &self.args.frame, &self.job.look.camera, &mut warnings)?;
+        let mut looks = looks::of_scene(&scene, &self.args.frame, &self.job.look.camera, &mut warnings)?;
         scene.variant = looks.first().and_then(|look| look.variant);
         memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let framing = shot::framing(&mut scene, self.args)?;
@@ -101,7 +102,8 @@ impl Batch<'_> {
             warnings.extend(of_fisheye(args, &scene));
         }
         self.warn(&item.input.name(), &warnings)?;
-        let hints: Vec<String> = camera::hint(&self.job.look.camera, &scene, &framing).into_iter().collect();
+        let mut hints: Vec<String> = camera::hint(&self.job.look.camera, &scene, &framing).into_iter().collect();
+        hints.extend(self.show_whole(&scene, &framing, &mut looks));
         hints.iter().for_each(|hint| self.hint(&item.input.name(), hint));
         Ok(Loaded {
             scene,
@@ -114,6 +116,20 @@ impl Batch<'_> {
             is_looked_at: false,
             files,
         })
+    }
+
+    /// Takes the automatic camera where nobody names one and the file's shows hardly anything of the model, and says so.
+    /// Sequences and cameras that move are left as they are.
+    fn show_whole(&self, scene: &Scene, framing: &Framing, looks: &mut [Look]) -> Option<String> {
+        let aspect = self.job.width as f32 / self.job.height as f32;
+        if self.args.frames.is_some() || self.args.turntable.is_some() {
+            return None;
+        }
+        let hint = camera::hides_model(&self.job.look.camera, scene, framing, aspect)?;
+        for look in looks.iter_mut().filter(|look| look.camera.place == Place::Default) {
+            look.camera.place = Place::Automatic;
+        }
+        Some(hint)
     }
 
     /// Says what may help, and hinders nothing.

@@ -149,6 +149,7 @@ impl Batch<'_> {
         exposure.iter().for_each(|taken| taken.expose(&mut request));
         let is_first = !std::mem::replace(goes_on, true);
         request.goes_on = !is_first && request.is_temporal();
+        request.effects_go_on = !is_first;
         request.adaptation = adaptation(args, is_first);
         let lens = &mut request.settings.camera;
         if lens.f_stop > 0.0 && lens.focus_m == 0.0 {

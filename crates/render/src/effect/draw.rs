@@ -44,8 +44,12 @@ pub(super) fn record(
     let reads_previous =
         |pass: &CompiledStep| pass.pipeline.program.slots(1).iter().any(|slot| slot.name == "previous");
     let (previous, result) = if compiled.passes.iter().any(reads_previous) {
-        let history = r.history(name.to_owned(), desc);
-        let is_first = history.is_first || compiled.stage == EffectStage::Display && !r.view.display_goes_on;
+        let history = r.graph.history(name.to_owned(), desc);
+        let goes_on = match compiled.stage {
+            EffectStage::Display => r.view.display_goes_on,
+            _ => r.view.effects_go_on,
+        };
+        let is_first = history.is_first || !goes_on;
         ((!is_first).then_some(history.previous), history.next)
     } else {
         (None, r.texture_of(format!("{name}.{}", word(compiled.stage)), desc))

@@ -10,7 +10,7 @@ settings! {
     /// Settings of exposure.
     pub struct ExposureSettings {
         /// What radiance is multiplied by, as a power of 2: stops, or `auto` (metered), or `scene`: what the scene
-        /// states, else auto where it brings its own lights, else 0.
+        /// states, else auto where it brings its own lights, under the sky and in a picture, else 0.
         stops: Exposure = Exposure::Scene, unit "stops";
         /// Which parts of the picture count for an exposure that is metered: average is all alike, centre a bell curve
         /// around the middle, spot a small disc there.

@@ -21,7 +21,8 @@ use manypass_scene::{Aabb, LightKind, Projection};
 /// What is under the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Ground {
-    /// A shadow where the studio is the environment, be it faint, and the background is not transparent, else nothing.
+    /// A shadow where the environment is the studio, be it faint, the sky or a picture, and the background is not
+    /// transparent; else nothing.
     #[default]
     Auto,
     /// A plane that is seen by its shadow alone: it darkens the background as a surface there would be darker.
@@ -36,15 +37,15 @@ impl Ground {
     /// With [`Self::Auto`] as it is before a background in an environment.
     pub fn resolved(self, environment: Environment, background: Background) -> Self {
         match self {
-            Self::Auto if is_studio(environment) && background != Background::Transparent => Self::Shadow,
+            Self::Auto if has_ground(environment) && background != Background::Transparent => Self::Shadow,
             Self::Auto => Self::None,
             ground => ground,
         }
     }
 }
 
-fn is_studio(environment: Environment) -> bool {
-    matches!(environment, Environment::Studio | Environment::Fill)
+fn has_ground(environment: Environment) -> bool {
+    matches!(environment, Environment::Studio | Environment::Fill | Environment::Sky | Environment::File)
 }
 
 /// The uniform of `ground.wgsl`; a test compares the two layouts.
@@ -177,13 +178,17 @@ mod tests {
     }
 
     #[test]
-    fn only_the_studio_has_a_shadow_under_the_scene_unasked() {
+    fn what_lights_from_everywhere_has_a_shadow_under_the_scene_unasked() {
         let of = |environment, background| Ground::Auto.resolved(environment, background);
         assert_eq!(of(Environment::Studio, Background::Environment), Ground::Shadow);
         assert_eq!(of(Environment::Studio, Background::Color([1.0; 3])), Ground::Shadow);
         assert_eq!(of(Environment::Fill, Background::Environment), Ground::Shadow);
         assert_eq!(of(Environment::Studio, Background::Transparent), Ground::None);
-        for environment in [Environment::File, Environment::None, Environment::Color([1.0; 3])] {
+        for environment in [Environment::File, Environment::Sky] {
+            assert_eq!(of(environment, Background::Environment), Ground::Shadow);
+            assert_eq!(of(environment, Background::Transparent), Ground::None);
+        }
+        for environment in [Environment::None, Environment::Color([1.0; 3])] {
             assert_eq!(of(environment, Background::Environment), Ground::None);
         }
         assert_eq!(Ground::Shadow.resolved(Environment::None, Background::Transparent), Ground::Shadow);

@@ -7,9 +7,9 @@ settings! {
     /// Settings of the ground.
     pub struct GroundSettings {
         /// What is under the scene, at its lowest point: a plane that is seen by the shadow on it alone, nothing, or a
-        /// floor of a colour; `auto` is shadow where the studio is the environment, be it faint, and the background is
-        /// not transparent, else none. Its shadow is that of the environment's light, else of the scene's first directional
-        /// one.
+        /// floor of a colour; `auto` is shadow where the environment is the studio, be it faint, the sky or a picture,
+        /// and the background is not transparent, else none. Its shadow is that of the environment's light, else of the
+        /// scene's first directional one.
         mode: Ground = Ground::Auto;
     }
 }

@@ -63,6 +63,8 @@ pub struct PreparedView {
     pub probe_count: u32,
     /// Whether the frame goes on from the view's last one, so that histories hold what that left.
     pub goes_on: bool,
+    /// The same of what effects keep.
+    pub effects_go_on: bool,
     /// The same of what is made of a picture that is shown: the last one was, too, and belongs to this one.
     pub display_goes_on: bool,
     /// From pre-exposed radiance to what the tone curve takes.
@@ -278,6 +280,7 @@ pub(crate) struct Viewed<'a> {
     pub name: Cow<'static, str>,
     pub size: (u32, u32),
     pub goes_on: bool,
+    pub effects_go_on: bool,
     pub display_goes_on: bool,
     pub display_exposure: f32,
     pub sample_count: u32,
@@ -362,6 +365,7 @@ impl Viewed<'_> {
             is_environment_dark: self.environment.is_dark(),
             probe_count: self.environment.probe_count(),
             goes_on: self.goes_on,
+            effects_go_on: self.effects_go_on,
             display_goes_on: self.display_goes_on,
             display_exposure: self.display_exposure,
             sample_count: self.sample_count,

@@ -21,7 +21,7 @@ pub(super) fn constants_of(
     decal_parts: u32,
 ) -> Vec<Constant> {
     let settings = &asked.request.settings;
-    let mut constants = settings.shading.model.constants();
+    let mut constants = settings.shading.constants();
     constants.extend(settings.transparency.masks.constants());
     constants.push((lights::LIGHT_CLASSES, table.classes()));
     if (table.directional_count(), table.global_count()) == (1, 1) {

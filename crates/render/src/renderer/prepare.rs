@@ -412,7 +412,8 @@ impl Renderer {
         // What is found in the picture is found by the first sample, and for all.
         let looks = sample_index == 0 && (settings.occlusion.enabled.is_on() || settings.reflections.enabled.is_on());
         let reads_attached_depth = self.gpu.capabilities.samples_attached_depth && whole_samples.is_some() && !looks;
-        let display_goes_on = request.goes_on || request.sample_index > 0 && state.was_shown;
+        let effects_go_on = request.goes_on || request.effects_go_on;
+        let display_goes_on = effects_go_on || request.sample_index > 0 && state.was_shown;
         let of_outline = asked.outline(&uniform);
         let ViewState { tables, lists, unsettled, .. } = state;
         let Some(lists) = lists else { return Err(RenderError::Missing("the lights of a view were not found")) };
@@ -453,6 +454,7 @@ impl Renderer {
                 name: name.into(),
                 size,
                 goes_on: request.goes_on || request.sample_index > 0,
+                effects_go_on: effects_go_on || request.sample_index > 0,
                 display_goes_on,
                 display_exposure: request.display_exposure(),
                 sample_count,
@@ -557,6 +559,7 @@ impl Renderer {
             name: "".into(),
             size: asked.size,
             goes_on: false,
+            effects_go_on: false,
             display_goes_on: false,
             display_exposure: 1.0,
             sample_count: 1,

@@ -2,7 +2,7 @@
 
 use crate::constants::ENVIRONMENT_LEVEL_LAST;
 use crate::environment::lobe::{Lobe, LobeTable, roughness_of_level};
-use crate::environment::suns::{Suns, suns};
+use manypass_scene::environment::suns::{Suns, suns};
 use crate::environment::tiles::{Tile, TileSides, texture_size};
 use crate::environment::{ENVIRONMENT_FORMAT, stored, studio};
 use crate::gpu::Gpu;

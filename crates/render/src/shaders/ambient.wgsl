@@ -93,6 +93,9 @@ fn ambient_radiance(surface: Surface, shading: Shading) -> vec3f {
     return ambient_radiance_seen(surface, shading, Seen(vec3f(1.0), 1.0, shading.normal, vec4f(0.0)));
 }
 
+// What is not shown of mirrored light, and is diffuse light instead, as the bits of a number (`shading.reflectivity`).
+override mirrored_lost: u32 = 0u;
+
 // What a surface mirrors of the environment: the radiance of its lobe, and the share of it that is reflected.
 struct MirroredLight {
     radiance: vec3f,
@@ -101,7 +104,8 @@ struct MirroredLight {
 
 // The share of even light from everywhere that a surface mirrors.
 fn mirrored_albedo(shading: Shading) -> vec3f {
-    return (shading.f0 * shading.dfg.x + shading.dfg.y) * shading.energy_compensation;
+    let whole = (shading.f0 * shading.dfg.x + shading.dfg.y) * shading.energy_compensation;
+    return whole * (1.0 - bitcast<f32>(mirrored_lost));
 }
 
 fn mirrored_environment(shading: Shading) -> MirroredLight {

@@ -9,6 +9,9 @@
 
 // Beside it, for comparison (`shading.model`): 1 Phong, 2 Blinn-Phong. It is constant when a shader runs.
 override reflectance_model: u32 = 0u;
+// The exponent of those lobes, 0 for that of the roughness; and what they lack of their strength, as the bits of a number.
+override shininess: u32 = 0u;
+override lobe_lost: u32 = 0u;
 
 const PI: f32 = 3.14159265359;
 
@@ -68,11 +71,12 @@ struct Reflectance {
 // twice that of the half vector, so that its exponent is a fourth of Blinn's; Blinn 1977, normalised as in
 // Akenine-Möller et al. 2008.
 fn lobe_reflectance(shading: Shading, to_light: vec3f, n_dot_l: f32) -> Reflectance {
-    let exponent = blinn_phong_exponent(shading.roughness_alpha);
+    let is_given = shininess > 0u;
+    let exponent = select(blinn_phong_exponent(shading.roughness_alpha), f32(shininess), is_given);
     var lobe = 0.0;
     if reflectance_model == 1u {
         let reflected = 2.0 * n_dot_l * shading.normal - to_light;
-        let phong_exponent = 0.25 * exponent;
+        let phong_exponent = exponent * select(0.25, 1.0, is_given);
         let cosine = clamp(dot(reflected, shading.to_eye), 1e-6, 1.0);
         lobe = (phong_exponent + 2.0) / (2.0 * PI) * pow(cosine, phong_exponent);
     } else {
@@ -82,7 +86,7 @@ fn lobe_reflectance(shading: Shading, to_light: vec3f, n_dot_l: f32) -> Reflecta
         let norm = (exponent + 2.0) * (exponent + 4.0) / (8.0 * PI * (exp2(-0.5 * exponent) + exponent));
         lobe = norm * pow(cosine, exponent);
     }
-    return Reflectance(shading.diffuse, shading.f0 * lobe);
+    return Reflectance(shading.diffuse, shading.f0 * (lobe * (1.0 - bitcast<f32>(lobe_lost))));
 }
 
 // Reflected radiance for one unit of irradiance on the surface. `n_dot_l` is not below 0.

@@ -12,8 +12,8 @@ settings! {
         mode: TransparencyMode = TransparencyMode::Sorted;
         /// Which fragments masks drop: those with less alpha than the cutoff, or at a distance, where texels are
         /// smaller than pixels, those with less than a hash of their place, so that as much stays of a fine mask as
-        /// covers its pixels.
-        masks: Masks = Masks::Cutoff;
+        /// covers its pixels. `auto` is `hashed` in stills of four samples and more, and `cutoff` elsewhere.
+        masks: Masks = Masks::Auto;
         /// How many surfaces that light comes through are seen behind each other: with 2 what lies behind the nearest,
         /// drawn before it; it takes about twice as long.
         refractive_layers: u32 = 1, in 1..=2;

@@ -217,7 +217,7 @@ fn with_model(
     warnings.extend(stage.apply_with(&mut scene, resolve)?);
     if let Some(map) = environment {
         warnings.extend(map.notes.iter().cloned());
-        scene.environment = Some(map.into());
+        scene.environment = Some(map.with_sun_as_light().into());
     }
     Ok(LoadedStage { scene, warnings, stage })
 }

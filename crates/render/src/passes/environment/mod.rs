@@ -10,7 +10,7 @@
 
 use crate::environment::ENVIRONMENT_FORMAT;
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
-use crate::environment::suns::{SUNS_MAX, Sun};
+use manypass_scene::environment::suns::{SUNS_MAX, Sun};
 use crate::environment::tiles::Tile;
 use crate::record::Recorder;
 use crate::resources::environment::{EnvironmentTiles, Unfinished};

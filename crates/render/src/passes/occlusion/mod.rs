@@ -47,6 +47,11 @@ struct OcclusionUniform {
     fade_per_m: f32,
     thinness: f32,
     intensity: f32,
+    /// Of the radius, what rises less than that occludes nothing where points look.
+    bias: f32,
+    padding_0: f32,
+    padding_1: f32,
+    padding_2: f32,
 }
 
 impl OcclusionUniform {
@@ -56,7 +61,8 @@ impl OcclusionUniform {
         let radius_m = if settings.radius_m > 0.0 { settings.radius_m } else { auto_m };
         let radius_m = if radius_m.is_finite() { radius_m.clamp(1e-6, 1e6) } else { 1.0 };
         let fade_per_m = 1.0 / (radius_m * settings.falloff.max(1e-4));
-        Self { radius_m, fade_per_m, thinness: settings.thinness, intensity: settings.intensity }
+        let OcclusionSettings { thinness, intensity, bias, .. } = *settings;
+        Self { radius_m, fade_per_m, thinness, intensity, bias, padding_0: 0.0, padding_1: 0.0, padding_2: 0.0 }
     }
 }
 
@@ -130,7 +136,10 @@ fn record_look(
     settings: &OcclusionSettings,
     seen: Seen<'_>,
 ) -> Result<(Handle, FoundBefore), ProgramError> {
-    let finding = Finding { keeps_distances: true, ..Finding::new(r, settings, true) };
+    let finding = Finding::new(r, settings, true);
+    // Where nothing is blurred, what looks around is what is kept.
+    let has_distances = finding.has_distances || !finding.is_filtered;
+    let finding = Finding { keeps_distances: true, has_distances, ..finding };
     let look = r.history("occlusion.look", TextureDesc { format: WITH_DISTANCES, ..finding.desc });
     let looks = look.is_first || r.view.uniform.sample_index == 0;
     let texture = if looks { finding.record(r, seen, look.next)? } else { look.previous };
@@ -186,7 +195,7 @@ impl<'s> Finding<'s> {
             uniform: OcclusionUniform::new(settings, &r.frame.world.bounds_world),
             desc: settings.resolution.desc(r.view, format),
             side_px,
-            is_filtered,
+            is_filtered: is_filtered && settings.blur,
             has_distances,
             keeps_distances: has_distances,
         }
@@ -218,10 +227,14 @@ impl<'s> Finding<'s> {
             if is_filtered { (r.texture_of("occlusion", desc), Some(target)) } else { (target, None) };
         let step = self.step(r.fullscreen("occlusion", program, &[]), seen).constants(&[
             ("patterned", u32::from(is_filtered)),
-            ("slices", settings.slices),
-            ("steps", settings.steps),
+            ("noisy", u32::from(settings.noise)),
             ("bends", u32::from(settings.bent_normals)),
         ]);
+        let texels = 2 * settings.slices * settings.steps;
+        let step = match settings.method {
+            OcclusionMethod::Gtao => step.constant("slices", settings.slices).constant("steps", settings.steps),
+            OcclusionMethod::Ssao => step.constant("kernel", if settings.kernel > 0 { settings.kernel } else { texels }),
+        };
         let found = of_surfaces(step, noisy, seen.depth)?;
         let Some(target) = blurred else { return Ok(found) };
         let step = self.step(r.fullscreen("occlusion.blur", "occlusion_blur", &[]), seen);
@@ -248,7 +261,7 @@ mod tests {
             "occlusion_gtao",
             "Occlusion",
             OcclusionUniform,
-            [radius_m, fade_per_m, thinness, intensity]
+            [radius_m, fade_per_m, thinness, intensity, bias, padding_0, padding_1, padding_2]
         );
     }
 

@@ -37,8 +37,18 @@ settings! {
         thinness: f32 = 0.1, in 0.0..=1.0, unit "share", needs "occlusion.enabled=true", needs "occlusion.method=gtao";
         /// Directions in the picture in which horizons are looked for, each to both sides.
         slices: u32 = 1, in 1..=16, needs "occlusion.enabled=true";
-        /// Texels that are looked at along each side of a direction; `ssao` has as many points as all of them are.
+        /// Texels that are looked at along each side of a direction.
         steps: u32 = 8, in 1..=32, needs "occlusion.enabled=true";
+        /// The kernel of `ssao`: in so many points of the hemisphere it looks; 0 for as many texels as `gtao` looks at.
+        kernel: u32 = 0, in 0..=256, needs "occlusion.enabled=true", needs "occlusion.method=ssao";
+        /// What rises less than this over the plane of a surface occludes nothing, as a share of the radius; 0 lets planes
+        /// occlude themselves by rounding.
+        bias: f32 = 0.02, in 0.0..=1.0, unit "share", needs "occlusion.enabled=true", needs "occlusion.method=ssao";
+        /// Whether each texel and each sample looks in other directions, whose mean has no bands; otherwise all look in the
+        /// same ones.
+        noise: bool = true, needs "occlusion.enabled=true";
+        /// Whether the noise of few samples is taken out, by the mean of 4 × 4 texels of the same surface.
+        blur: bool = true, needs "occlusion.enabled=true";
         /// Whether bright surfaces are occluded less, by the light that they reflect to each other.
         multi_bounce: bool = true, needs "occlusion.enabled=true";
         /// Whether diffuse light is that around the mean direction from which it still comes, in place of that around

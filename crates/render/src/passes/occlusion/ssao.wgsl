@@ -10,10 +10,10 @@
 import package::view::{pixel_from_position_view, pixel_step_from_step_view};
 import package::shaders::brdf::PI;
 import package::shaders::screen_space::{Center, seen_from, tangents_of};
-import package::passes::occlusion::taps::{center_of_texel, noise_at, occlusion, slices, steps, texel_of_background, texel_of_loss};
+import package::passes::occlusion::taps::{center_of_texel, noise_at, occlusion, texel_of_background, texel_of_loss};
 
-// Of the radius, what rises less than that occludes nothing.
-const HEIGHT_MIN: f32 = 0.02;
+// In so many points it looks.
+override kernel: u32 = 16u;
 // Steps that leave no gaps and no rows, in one and in two dimensions (Roberts 2018, "The Unreasonable Effectiveness of
 // Quasirandom Sequences").
 const GOLDEN: f32 = 0.618034;
@@ -36,7 +36,7 @@ fn fs_occlusion_ssao(@builtin(position) position: vec4f) -> @location(0) vec4f {
     // The normal is turned towards the eye, so that its z is never -1.
     let n = center.normal;
     let tangents = tangents_of(n);
-    let count = points_within(center, 2u * max(slices, 1u) * max(steps, 1u));
+    let count = points_within(center, max(kernel, 1u));
     var lost = 0.0;
     var lost_direction = vec3f(0.0);
     for (var i = 0u; i < count; i++) {
@@ -47,7 +47,7 @@ fn fs_occlusion_ssao(@builtin(position) position: vec4f) -> @location(0) vec4f {
         // Denser near the surface.
         let point = center.position + direction * (occlusion.radius_m * mix(0.1, 1.0, place * place));
         let seen = seen_from(center, pixel_from_position_view(point));
-        let rises = dot(seen.xyz, n) > HEIGHT_MIN * occlusion.radius_m;
+        let rises = dot(seen.xyz, n) > occlusion.bias * occlusion.radius_m;
         let hides = center.position.z + seen.z > point.z && point.z < 0.0;
         let range = smoothstep(0.0, 1.0, occlusion.radius_m / max(abs(seen.z), 1e-6));
         let loss = select(0.0, range * seen.w, rises && hides);

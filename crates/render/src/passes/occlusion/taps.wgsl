@@ -12,6 +12,11 @@ struct Occlusion {
     fade_per_m: f32,
     thinness: f32,
     intensity: f32,
+    // Of the radius, what rises less than that occludes nothing where points look.
+    bias: f32,
+    padding_0: f32,
+    padding_1: f32,
+    padding_2: f32,
 }
 
 @group(1) @binding(4) var<uniform> occlusion: Occlusion;
@@ -21,6 +26,8 @@ override side: u32 = 1u;
 // 1 if the noise is that of a pattern of 4 × 4 texels, over which a filter takes the mean; else every texel has its
 // own.
 override patterned: u32 = 0u;
+// 0 if all texels look in the same directions.
+override noisy: u32 = 1u;
 override slices: u32 = 2u;
 override steps: u32 = 4u;
 // 1 if the direction from which light still comes is wanted.
@@ -37,6 +44,9 @@ fn center_of_texel(texel: vec2i) -> Center {
 }
 
 fn noise_at(position_px: vec2f) -> vec2f {
+    if noisy == 0u {
+        return vec2f(0.5);
+    }
     return slice_noise(position_px, patterned != 0u, 41u);
 }
 

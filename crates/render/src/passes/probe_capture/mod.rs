@@ -8,7 +8,7 @@
 use crate::constants::{PROBE_FACE_SIDE, PROBE_HEIGHT, PROBE_WIDTH};
 use crate::environment::ENVIRONMENT_FORMAT;
 use crate::environment::lobe::FACES;
-use crate::environment::suns::SUNS_MAX;
+use manypass_scene::environment::suns::SUNS_MAX;
 use crate::probes::TILE_SIDE;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;

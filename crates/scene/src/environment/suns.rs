@@ -1,12 +1,13 @@
-//! What is found out about a map of the environment on the CPU: its strong small sources.
+//! Strong small sources of a picture of the environment: its sun, and lamps.
 
+use super::{EnvironmentLight, EnvironmentMap, equirectangular_direction};
 use glam::Vec3;
+use half::f16;
 use half::slice::HalfFloatSliceExt;
-use manypass_scene::EnvironmentMap;
-use manypass_scene::environment::equirectangular_direction;
+use std::collections::HashSet;
 
 /// So many strong small sources are found at most.
-pub(crate) const SUNS_MAX: usize = 4;
+pub const SUNS_MAX: usize = 4;
 
 /// What is so small is a sun, as the cosine of the angle from its middle; and what lies up to the other angle surrounds
 /// it.
@@ -16,9 +17,13 @@ const SURROUNDINGS_COS: f32 = 0.999_12; // 2.4°
 /// A source whose light is not so large a share of all is none to take out.
 const SUN_SHARE_MIN: f32 = 0.01;
 
+/// A single source is the sun, and becomes a light with shadows, if it gives a plane that faces it at least so large a
+/// share of what that gets of all.
+const LIGHT_SHARE_MIN: f32 = 0.2;
+
 /// A strong small source.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) struct Sun {
+pub struct Sun {
     /// Where it is.
     pub direction: Vec3,
     /// Its irradiance on a plane across the direction, beyond that of its surroundings.
@@ -39,11 +44,47 @@ impl Sun {
 }
 
 /// Strong small sources of a map; there may be fewer.
-pub(crate) type Suns = [Sun; SUNS_MAX];
+pub type Suns = [Sun; SUNS_MAX];
 
-/// Finds them.
-pub(crate) fn suns(map: &EnvironmentMap) -> Suns {
+/// Finds the strong small sources of a picture.
+pub fn suns(map: &EnvironmentMap) -> Suns {
     take_suns(&mut cells(map))
+}
+
+impl EnvironmentMap {
+    /// Takes the sun out of the picture and makes it a light, which casts shadows, if the picture has one source that is
+    /// small and strong enough: within 1.2° of its middle, and at least a fifth of the light on a plane that faces it. Of
+    /// several small sources none is taken, and what is prefiltered keeps its own.
+    #[must_use]
+    pub fn with_sun_as_light(mut self) -> Self {
+        if self.light.is_some() || self.prefiltered.is_some() {
+            return self;
+        }
+        let mut cells = cells(&self);
+        let [sun, second, ..] = take_suns(&mut cells);
+        let facing = |cell: &Cell| luminance(cell.radiance) * cell.solid_angle * cell.direction.dot(sun.direction).max(0.0);
+        let rest: f32 = cells.iter().map(facing).sum();
+        let own = luminance(sun.irradiance);
+        if second.irradiance != Vec3::ZERO || own <= 0.0 || own < LIGHT_SHARE_MIN * (own + rest) {
+            return self;
+        }
+        let surroundings = sun.surroundings;
+        let mut taken = HashSet::new();
+        for (index, texel) in (0..).zip(&mut self.texels) {
+            let direction = equirectangular_direction((index % self.width, index / self.width), (self.width, self.height));
+            if direction.dot(sun.direction) > SUN_COS {
+                let [r, g, b, _] = texel.map(f16::to_f32);
+                let [r, g, b] = Vec3::new(r, g, b).min(surroundings).to_array().map(f16::from_f32);
+                *texel = [r, g, b, f16::ONE];
+                taken.insert(index);
+            }
+        }
+        self.peaks.retain(|(index, _)| !taken.contains(index));
+        // Of an even disc the mean square of the distance from its middle is half the square of its radius.
+        let half_angle_tan = (4.0 * sun.spread).sqrt();
+        self.light = Some(EnvironmentLight { direction: sun.direction, irradiance: sun.irradiance, half_angle_tan });
+        self
+    }
 }
 
 /// A part of all directions: where, how large, and its mean radiance.
@@ -154,5 +195,41 @@ mod tests {
         assert!((found[0].irradiance.x / expected - 1.0).abs() < 1e-3, "{} of {expected}", found[0].irradiance.x);
         assert!(found[0].direction.dot(equirectangular_direction(at, size)) > 0.9999);
         assert_eq!(found[1], Sun::default());
+    }
+
+    /// The luminance that a plane with a normal gets of the texels of a map.
+    fn irradiance(map: &EnvironmentMap, normal: Vec3) -> f32 {
+        let share = |cell: &Cell| luminance(cell.radiance) * cell.solid_angle * cell.direction.dot(normal).max(0.0);
+        cells(map).iter().map(share).sum()
+    }
+
+    #[test]
+    fn the_one_sun_of_a_picture_becomes_a_light_and_no_light_is_lost() {
+        let to_sun = Vec3::new(0.4, 0.7, -0.3).normalize();
+        let other = Vec3::new(-0.4, 0.7, 0.3).normalize();
+        let sky = |to: Vec3| if to.y > 0.0 { Vec3::new(0.3, 0.5, 0.9) } else { Vec3::splat(0.15) };
+        let with = |radiance: f32, second: f32| {
+            EnvironmentMap::from_fn("a", 1024, 512, move |to| match () {
+                () if to.dot(to_sun) > 0.99993 => Vec3::splat(radiance),
+                () if to.dot(other) > 0.99993 => Vec3::splat(second),
+                () => sky(to),
+            })
+        };
+        let sunny = with(20_000.0, 0.0);
+        let split = sunny.clone().with_sun_as_light();
+        let light = split.light.expect("a light");
+        assert!(light.direction.dot(to_sun) > 0.999_99, "{}", light.direction);
+        // A disc whose cosine is 0.99993 has a half angle of 0.678°.
+        assert!((light.half_angle_tan / 0.011_83 - 1.0).abs() < 0.05, "{}", light.half_angle_tan);
+        for normal in [Vec3::Y, to_sun, Vec3::X, -Vec3::Z] {
+            let whole = irradiance(&sunny, normal);
+            let parts = irradiance(&split, normal) + luminance(light.irradiance) * light.direction.dot(normal).max(0.0);
+            assert!((parts / whole - 1.0).abs() < 1e-2, "{normal}: {parts} of {whole}");
+        }
+        assert_eq!(split.clone().with_sun_as_light(), split, "once is enough");
+        // Too faint, one of two, none.
+        for map in [with(200.0, 0.0), with(20_000.0, 20_000.0), with(0.5, 0.5)] {
+            assert_eq!(map.clone().with_sun_as_light(), map);
+        }
     }
 }
