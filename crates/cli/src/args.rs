@@ -28,6 +28,7 @@ const EXAMPLES: &str = "Examples:
   manypass render hall.stage.toml                         a model with lights and fog of yours (docs/stage.md)
   manypass bake room.glb -o baked.glb                     light maps: light that walls send each other (docs/baking.md)
   manypass graph helmet.glb --format mermaid              the passes of the frame
+  manypass graph helmet.glb --format table                as a table: targets, formats, megabytes
   manypass graph helmet.glb --limits webgl2 --aov all     planned without any adapter
   manypass diff before.png after.png -o diff.png          how different two pictures look, and where
   manypass diff before.glb after.glb                      whether geometry, material or light changed
@@ -122,6 +123,7 @@ pub enum Command {
 #[allow(missing_docs, reason = "the names say it")]
 pub enum GraphFormat {
     Text,
+    Table,
     Json,
     Mermaid,
 }
@@ -262,7 +264,7 @@ pub struct GraphArgs {
     pub input: String,
     #[command(flatten)]
     pub frame: FrameArgs,
-    /// How to print them.
+    /// How to print them; table: a line for each target, with megabytes (10⁶ bytes) read and written.
     #[arg(long, default_value = "text")]
     pub format: GraphFormat,
     /// Plan for the adapter whose name contains this.
@@ -300,7 +302,7 @@ pub struct BenchArgs {
     /// Write the last frame here.
     #[arg(long, value_name = "FILE")]
     pub png: Option<PathBuf>,
-    /// Print the line of JSON alone, without the summary before it.
+    /// Print the line of JSON alone, without the summary and the table of passes before it.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -390,7 +392,8 @@ pub struct RenderArgs {
     ///
     /// Several pictures: more than one input, a folder or a pattern, --frames, --turntable, --variant all or --camera
     /// all. Each line is there as soon as its picture is done. With --skip-existing lines are added to those that are
-    /// there, and a report of one picture that is left alone stays as it is.
+    /// there, and a report of one picture that is left alone stays as it is. Beside the report of one picture on
+    /// standard output, a table of its passes goes to standard error, unless --quiet.
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
     /// Leave pictures alone that exist, with their contact sheet and passes where those are asked for.

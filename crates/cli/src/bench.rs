@@ -15,6 +15,7 @@ use crate::request::{effect_values, effects};
 use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
 use crate::surroundings::Surroundings;
+use crate::table;
 use live::Live;
 use manypass::graph::{PassBytes, PassTime};
 use manypass::{
@@ -111,12 +112,13 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         atomic::write_file(path, &bytes).map_err(write_failure)?;
     }
     let plan = renderer.plan(&scene, &request).map_err(failed)?;
-    let (passes, pairs) = if args.first_frame {
-        (Vec::new(), None)
+    let (passes, table, pairs) = if args.first_frame {
+        (Vec::new(), String::new(), None)
     } else {
         let times = renderer.pass_times(&scene, &request).map_err(failed)?;
         let pairs = renderer.count_pairs(&scene, &request).map_err(failed)?;
-        (measured_passes(&times, &plan.pass_bytes()), Some(pairs))
+        let bytes = plan.pass_bytes();
+        (measured_passes(&times, &bytes), table::of_times(&times, &bytes), Some(pairs))
     };
     let over = pairs
         .filter(|pairs| pairs.pairs_in_range > 0)
@@ -172,7 +174,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         let (median, min, max) = summary(shown_ms);
         print(&format!(
             "{} at {width}x{height} on {}\nframes: {}, median {median:.2} ms, min {min:.2} ms, max {max:.2} ms; first \
-             after {first_ms:.0} ms\nlights: {}, draws: {}, triangles: {}\n{}",
+             after {first_ms:.0} ms\nlights: {}, draws: {}, triangles: {}\n{}{table}",
             input.name(),
             adapter.name,
             shown_ms.len(),

@@ -8,7 +8,7 @@ use crate::inspect::one;
 use crate::request::effects;
 use crate::session::{self, list, still_failure};
 use crate::surroundings::Surroundings;
-use crate::{camera, job, looks, scenes};
+use crate::{camera, job, looks, scenes, table};
 use manypass::gpu::Floor;
 use manypass::{EffectFile, FrameRequest, Gpu, Plan, RenderError, Renderer, Settings, View};
 use manypass_offline::still::{aov_named, aov_names};
@@ -47,11 +47,13 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
             Renderer::new(gpu).map_err(failed)?
         }
     };
+    warnings.extend(files.iter().flat_map(|file| file.warnings().iter().cloned()));
     let plan = plan(&mut renderer, &scene, &args.frame, settings, files, &aovs)?;
     warnings.extend(renderer.warnings());
     warnings.iter().for_each(|warning| say(format_args!("warning: {}: {warning}", input.name())));
     let text = match args.format {
         GraphFormat::Text => plan.to_text(),
+        GraphFormat::Table => table::of_plan(&plan),
         GraphFormat::Json => plan.to_json(),
         GraphFormat::Mermaid => plan.to_mermaid(),
     };

@@ -40,6 +40,7 @@ mod settings;
 mod shot;
 mod stage;
 mod surroundings;
+mod table;
 mod tally;
 mod words;
 

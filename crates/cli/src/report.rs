@@ -150,6 +150,11 @@ impl Report {
         Ok(Self { sink, is_lines, keeps_earlier })
     }
 
+    /// Whether somebody may read along: it is one picture's, on standard output.
+    pub fn is_shown(&self) -> bool {
+        matches!(self.sink, Sink::Stdout) && !self.is_lines
+    }
+
     /// Adds a picture.
     ///
     /// # Errors

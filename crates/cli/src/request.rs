@@ -79,9 +79,11 @@ pub fn effects(renderer: &Renderer, files: Vec<EffectFile>) -> Result<Vec<Arc<dy
     effects.map_err(|error| program_failure(&error, "correct the WGSL file"))
 }
 
-/// Warnings of effects that hide settings of the frame or those that are built in, or that pictures of `format` do not show.
+/// Warnings of effects: words too many in their headers, names that hide settings of the frame or built-in effects, and
+/// what pictures of `format` do not show.
 pub fn effect_warnings(files: &[EffectFile], format: Format) -> Vec<String> {
-    [hidden_settings(files), hidden_effects(files), unseen_effects(files, format)].concat()
+    let of_headers: Vec<String> = files.iter().flat_map(|file| file.warnings().iter().cloned()).collect();
+    [of_headers, hidden_settings(files), hidden_effects(files), unseen_effects(files, format)].concat()
 }
 
 /// Warnings of effects that are called like settings of the frame: those cannot be reached beside them.

@@ -121,6 +121,13 @@ fn reports_are_lines_wherever_there_may_be_several_pictures() {
     assert_eq!(report(&["one"]).lines().count(), 1);
     assert_eq!(report(&["one/*.glb"]).lines().count(), 1);
     assert!(report(&["one/tri.glb"]).lines().count() > 1);
+    // People find the passes of one picture beside its report.
+    let run =
+        |args: &[&str]| render(&folder, &[args, &["one/tri.glb", "-o", "x/", "--report", "-"]].concat()).expect(0);
+    let (said, quiet) = (run(&[]), run(&["--quiet"]));
+    assert!(said.stderr.contains("share %") && said.stderr.contains("\nsum "), "{}", said.stderr);
+    assert!(lines(&said.text().replace('\n', " "))[0]["passes"].is_array());
+    assert!(!quiet.stderr.contains("share %"), "{}", quiet.stderr);
     // The last of a flag that is given twice wins; those that repeat repeat.
     let twice = ["one/tri.glb", "--format", "exr", "--format", "png", "--report", "r", "--strict", "--strict"];
     let text = report(&[&twice[..], &["--set", "render.scale=0.5", "--set", "render.scale=1"]].concat());

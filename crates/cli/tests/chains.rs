@@ -17,6 +17,29 @@ fn graph(folder: &Folder, words: &[&str]) -> Run {
 }
 
 #[test]
+fn a_word_too_many_in_reads_is_a_warning() {
+    let folder = folder("needless");
+    let main =
+        "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f { return radiance_at(vec2i(p.xy)); }";
+    folder.write("mine.wgsl", format!("//! reads: depth, radiance\n{main}").as_bytes());
+    let expected = "mine.wgsl:1:5: the shader does not read depth; `//! reads: radiance` is right";
+    let run = graph(&folder, &["tri.glb", "--effect", "mine.wgsl"]).expect(0);
+    assert!(run.stderr.contains(&format!("warning: tri.glb: {expected}")), "{}", run.stderr);
+    // A word that is missing stays an error.
+    folder.write("other.wgsl", format!("//! reads: depth\n{main}").as_bytes());
+    let run = graph(&folder, &["tri.glb", "--effect", "other.wgsl"]).expect(1);
+    assert!(run.stderr.contains("other.wgsl:1:5: error: the shader also reads radiance"), "{}", run.stderr);
+    if !common::has_adapter() {
+        return;
+    }
+    let words = ["render", "tri.glb", "--size", "8x8", "--samples", "1", "--effect", "mine.wgsl", "-o", "a.png"];
+    let run = run_in(&folder, &words).expect(0);
+    assert!(run.stderr.contains(&format!("warning: --effect: {expected}")), "{}", run.stderr);
+    let strict = run_in(&folder, &[&words[..8], &["--strict", "-o", "strict.png"]].concat()).expect(1);
+    assert!(strict.stderr.contains(expected) && !folder.join("strict.png").exists(), "{}", strict.stderr);
+}
+
+#[test]
 fn chains_are_refused_with_their_place_and_one_exit_code_for_one_mistake() {
     let folder = folder("chains");
     let stage = |name: &str, chain: &str| {

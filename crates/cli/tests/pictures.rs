@@ -376,6 +376,13 @@ fn bench_ends_with_a_line_of_json() {
     assert!(text.contains("median"), "{text}");
     let value = json(text.lines().last().expect("a line"));
     assert_eq!(value["frames"].as_array().map(Vec::len), Some(4));
+    // Before it, a table has a row for every pass, and their sum.
+    let (_, table) = text.split_once("\npass ").expect("a table");
+    let passes = value["info"]["passes"].as_array().expect("passes");
+    let names = passes.iter().map(|pass| pass["name"].as_str().expect("a name"));
+    let rows: Vec<&str> = table.lines().skip(1).take(passes.len() + 1).collect();
+    assert!(names.chain(["sum"]).zip(&rows).all(|(name, row)| row.starts_with(&format!("{name} "))), "{text}");
+    assert!(rows.len() == passes.len() + 1 && rows.iter().all(|row| row.chars().count() <= 100), "{text}");
     assert!(value["timeToFirstFrame"].as_f64() > Some(0.0) && value["info"]["lights"].as_u64() > Some(1000));
     assert!(value["info"]["visited_over_in_range"].as_f64() >= Some(1.0));
     assert_eq!(picture(&folder.join("b.png")).dimensions(), (64, 36));
@@ -412,5 +419,13 @@ fn graphs_print_in_every_format() {
     assert!(graph("text").contains("geometry"));
     assert!(json(&graph("json"))["plan"]["passes"].as_array().is_some_and(|passes| passes.len() > 3));
     assert!(graph("mermaid").starts_with("flowchart"));
+    // A long name is cut, and keeps its beginning.
+    let table = graph("table");
+    let plan = json(&graph("json"));
+    let names = plan["plan"]["passes"].as_array().expect("passes").iter();
+    let mut starts = names.map(|pass| pass["name"].as_str().and_then(|name| name.get(..6)).unwrap_or_default());
+    assert!(starts.all(|start| table.lines().any(|line| line.starts_with(start))), "{table}");
+    assert!(table.starts_with("pass ") && table.contains("Rgba16Float") && table.contains("\nsum "), "{table}");
+    assert!(table.lines().all(|line| line.chars().count() <= 100), "{table}");
     assert!(json(&run_in(&folder, &["adapters", "--json"]).expect(0).text())[0]["name"].is_string());
 }

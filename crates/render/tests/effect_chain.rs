@@ -219,7 +219,6 @@ fn what_cannot_be_read_is_said() {
             "error: this loop never ends",
         ),
         (format!("//! reads: glow.\n{main} {{ return vec4f(1.0); }}"), "there is no `glow.` to read"),
-        (format!("//! reads: glow.wide\n{main} {{ return vec4f(1.0); }}"), "the shader does not read glow.wide"),
         (
             format!("//! reads: glow.wide\nvar<private> glow_wide: f32;\n{main} {{ return vec4f(glow_wide); }}"),
             "is called `glow_wide` in the shader, which is declared already",
@@ -245,6 +244,29 @@ fn what_cannot_be_read_is_said() {
         EffectFile::parse("mine.wgsl", &format!("{main} {{ {body} return p; }}"))
             .unwrap_or_else(|error| panic!("{error}"));
     }
+}
+
+#[test]
+fn a_word_too_many_in_reads_is_a_warning_and_asks_nothing_of_the_frame() {
+    let (mut renderer, scene, mut request) = drawn();
+    let main =
+        "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f { return radiance_at(vec2i(p.xy)); }";
+    let exact = format!("//! reads: radiance\n{main}");
+    let needless = format!("//! reads: radiance, ids, glow.wide\n{main}");
+    assert!(EffectFile::parse("mine.wgsl", &exact).unwrap().warnings().is_empty());
+    assert_eq!(
+        EffectFile::parse("mine.wgsl", &needless).unwrap().warnings(),
+        [
+            "mine.wgsl:1:5: the shader does not read ids, glow.wide; `//! reads: radiance` is right, and so is no such line"
+        ]
+    );
+    // Neither is there an effect `glow`, nor are ids drawn.
+    let [exact, needless] = [exact, needless].map(|source| {
+        request.effects = effects(&renderer, &[&source]);
+        renderer.plan(&scene, &request).unwrap().to_text()
+    });
+    assert_eq!(exact, needless);
+    renderer.render(&scene, &request).unwrap();
 }
 
 #[test]

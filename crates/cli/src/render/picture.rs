@@ -3,7 +3,7 @@
 use super::load::Loaded;
 use super::{Batch, failed, simulate};
 use crate::deliver::Delivery;
-use crate::failure::Failure;
+use crate::failure::{Failure, say};
 use crate::gather::Item;
 use crate::looks::Subject;
 use crate::one_tone::OneTone;
@@ -11,7 +11,7 @@ use crate::report::{self, Entry, Outputs, Phases};
 use crate::request::{effect_values, picture_info, request};
 use crate::session::{ms_since, still_failure};
 use crate::shot::{adaptation, focus_m, moment, moves, pose, previous_pose, time_secs, view};
-use crate::{coverage, exposure, interrupt, memory, output};
+use crate::{coverage, exposure, interrupt, memory, output, table};
 use manypass::{Background, FrameRequest, FrameStats, PairCounts, SimulationReport};
 use manypass_offline::still::{StillError, accumulate, accumulate_moving};
 use manypass_offline::{Format, PictureInfo, manifest};
@@ -239,7 +239,7 @@ impl Batch<'_> {
         Ok((Some(path.display().to_string()), passes))
     }
 
-    /// Adds a picture to the report.
+    /// Adds a picture to the report. Of one that is shown, people find the passes on standard error, too.
     fn report_picture(
         &mut self,
         (item, subject): (&Item, Subject<'_>),
@@ -286,6 +286,11 @@ impl Batch<'_> {
             scrubbed_pixels: drawn.scrubbed_pixels,
             warnings: &drawn.warnings,
             hints: &loaded.hints,
-        })
+        })?;
+        if report.is_shown() && !self.args.quiet {
+            let passes = table::of_times(&pass_times, &plan.pass_bytes());
+            self.bar.suspend(|| say(format_args!("{}", passes.trim_end())));
+        }
+        Ok(())
     }
 }

@@ -43,6 +43,8 @@ pub struct EffectFile {
     pub(super) table: Option<Arc<Table>>,
     /// What is drawn in its place where time is short, if its header says so.
     pub(super) fallback: Option<Fallback>,
+    /// What is wrong with it and hinders nothing.
+    pub(super) warnings: Vec<String>,
 }
 
 impl EffectFile {
@@ -95,9 +97,12 @@ impl EffectFile {
             let slots = steps.iter().filter_map(|(_, slots)| slots.get(group)).flatten();
             slots.map(|slot| slot.name.as_str()).collect()
         };
-        header.check(source, &names(1))?;
+        let used = names(1);
+        let needless = header.check(source, &used)?;
         check_textures(source, &scan, &steps)?;
-        let borrowed = header.borrowed();
+        let mut borrowed = header.borrowed();
+        // The frame makes nothing for a word too many.
+        borrowed.retain(|borrowed| used.contains(&borrowed.variable.as_str()));
         let pixel = header.pixel.as_ref().map(|(function, _)| function.clone());
         let name = header.name.clone().unwrap_or_else(|| {
             let stem = std::path::Path::new(file).file_stem();
@@ -123,6 +128,7 @@ impl EffectFile {
             pixel,
             table: table.map(Arc::new),
             fallback,
+            warnings: needless.into_iter().collect(),
         })
     }
 
@@ -185,6 +191,12 @@ impl EffectFile {
     /// effect, or `none`.
     pub fn fallback(&self) -> Option<&str> {
         self.fallback.map(Fallback::name)
+    }
+
+    /// What is wrong with it and hinders nothing, each one line with file, line and column: words of its header that
+    /// name what the shader does not read.
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// The file, as [`Self::parse`] was told.

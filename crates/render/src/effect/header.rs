@@ -199,12 +199,13 @@ impl Header {
         self.reads.as_ref().map_or(0..0, |(_, place)| place.clone())
     }
 
-    /// Whether the header says of the shader what is true: `used` are the frame's textures that it uses.
+    /// Whether the header says of the shader what is true: `used` are the frame's textures that it uses. Gives the
+    /// warning of words that name what the shader does not read.
     ///
     /// # Errors
-    /// A difference.
-    pub fn check(&self, source: Source<'_>, used: &[&str]) -> Result<(), Box<Diagnostic>> {
-        let Some((reads, place)) = &self.reads else { return Ok(()) };
+    /// The shader reads what the header leaves out, or beside `display` what is not there; nothing reads `display`.
+    pub fn check(&self, source: Source<'_>, used: &[&str]) -> Result<Option<String>, Box<Diagnostic>> {
+        let Some((reads, place)) = &self.reads else { return Ok(None) };
         let of_frame = READS.iter().map(|(name, texture)| (*name, *texture));
         let borrowed = self.borrowed();
         let of_others = borrowed.iter().filter(|borrowed| borrowed.of_effect().is_some());
@@ -221,7 +222,7 @@ impl Header {
         let missing: Vec<_> = used.iter().copied().filter(|name| !reads.contains(name)).collect();
         let needless: Vec<_> = reads.iter().copied().filter(|name| !used.contains(name)).collect();
         if missing.is_empty() && needless.is_empty() {
-            return Ok(());
+            return Ok(None);
         }
         let mut parts = Vec::new();
         if !missing.is_empty() {
@@ -244,6 +245,11 @@ impl Header {
             (list, false) => format!("`//! reads: {list}` is right, and so is no such line"),
             (list, true) => format!("`//! reads: {list}` is right"),
         };
+        // `display` puts the effect behind the tone curve, so that it is never a word too many.
+        if missing.is_empty() && !needless.contains(&DISPLAY) {
+            let Diagnostic { file, line, column, message, .. } = &*fault;
+            return Ok(Some(format!("{file}:{line}:{column}: {message}; {right}")));
+        }
         let note =
             "`surface_at` reads normal, base_color and material; `distance_at` reads depth; `radiance_at` radiance";
         Err(Box::new(fault.note(right).note(note)))
@@ -300,7 +306,7 @@ mod tests {
         let header = parse(text).expect("a good header");
         assert_eq!(header.name.as_deref(), Some("soft-lines_2"));
         let source = Source { file: "a.wgsl", text };
-        header.check(source, &["normal", "linear_depth"]).expect("true");
+        assert_eq!(header.check(source, &["normal", "linear_depth"]).expect("true"), None);
         let reads = header.check(source, &["normal", "radiance"]).expect_err("false").to_string();
         assert!(
             reads.starts_with("a.wgsl:4:4: error: the shader also reads radiance; the shader does not read depth"),
@@ -311,10 +317,32 @@ mod tests {
         let reads = parse(text).expect("good words").check(Source { file: "a.wgsl", text }, &["normal", "ids"]);
         let reads = reads.expect_err("false").to_string();
         assert!(reads.contains("`//! reads: normal, ids if a or b.c` is right"), "{reads}");
-        parse("fn f() {}").expect("no header").check(source, &["normal"]).expect("nothing said");
+        let nothing = parse("fn f() {}").expect("no header").check(source, &["normal"]);
+        assert_eq!(nothing.expect("nothing said"), None);
         let text = "//! reads: display, depth";
         let both = parse(text).expect("good words").check(Source { file: "a.wgsl", text }, &[]);
         assert!(both.expect_err("two places").to_string().contains("cannot read `depth`"));
+    }
+
+    #[test]
+    fn a_word_too_many_is_a_warning_where_it_changes_nothing() {
+        let check = |text: &str, used: &[&str]| {
+            let header = parse(text).expect("good words");
+            header.check(Source { file: "a.wgsl", text }, used).map_err(|error| error.to_string())
+        };
+        let said = check("// A remark.\n//! reads: depth, ids if a, normal", &["normal"]).expect("a warning");
+        let expected =
+            "a.wgsl:2:5: the shader does not read depth, ids; `//! reads: normal` is right, and so is no such line";
+        assert_eq!(said.as_deref(), Some(expected));
+        let said = check("//! reads: display, previous", &["display"]).expect("a warning").unwrap_or_default();
+        assert!(said.ends_with("does not read previous; `//! reads: display` is right"), "{said}");
+        let said = check("//! reads: glow.wide", &[]).expect("a warning").unwrap_or_default();
+        assert!(said.ends_with("does not read glow.wide; no such line is right"), "{said}");
+        let error = check("//! reads: display, previous", &["previous"]).expect_err("not after the tone curve");
+        assert!(
+            error.contains("reads `display` in one of its passes") || error.contains("does not read display"),
+            "{error}"
+        );
     }
 
     #[test]

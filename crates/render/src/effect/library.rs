@@ -85,7 +85,9 @@ mod tests {
     #[test]
     fn built_in_effects_become_shaders_of_webgl2() {
         for name in EffectFile::built_in_names() {
-            assert_webgl2_takes(&EffectFile::built_in(name).expect("a name of the library").expect("a valid text"));
+            let effect = EffectFile::built_in(name).expect("a name of the library").expect("a valid text");
+            assert_webgl2_takes(&effect);
+            assert!(effect.warnings().is_empty(), "{:?}", effect.warnings());
         }
     }
 
@@ -98,7 +100,9 @@ mod tests {
             if path.extension().is_some_and(|ending| ending == "wgsl") {
                 let name = path.file_name().and_then(|name| name.to_str()).expect("a name");
                 let text = std::fs::read_to_string(&path).expect("a text");
-                assert_webgl2_takes(&EffectFile::parse(name, &text).unwrap_or_else(|error| panic!("{error}")));
+                let effect = EffectFile::parse(name, &text).unwrap_or_else(|error| panic!("{error}"));
+                assert_webgl2_takes(&effect);
+                assert!(effect.warnings().is_empty(), "{:?}", effect.warnings());
                 count += 1;
             }
         }
