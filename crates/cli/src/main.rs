@@ -41,6 +41,7 @@ mod shot;
 mod stage;
 mod surroundings;
 mod tally;
+mod views;
 mod words;
 
 use clap::Parser;
