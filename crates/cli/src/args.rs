@@ -25,6 +25,7 @@ const EXAMPLES: &str = "Examples:
   manypass render 'models/**/*.glb' -o 'shots/{parent}_{stem}.png'
   manypass render shoe.glb --variant all                  shoe_VARIANT.png, one for each set of materials
   manypass render helmet.glb --turntable 36 -o 'turn/{frame:04}.png'
+  manypass render helmet.glb --cameras transforms.json -o 'views/{camera}.png'
   manypass render hall.stage.toml                         a model with lights and fog of yours (docs/stage.md)
   manypass bake room.glb -o baked.glb                     light maps: light that walls send each other (docs/baking.md)
   manypass graph helmet.glb --format mermaid              the passes of the frame
@@ -348,9 +349,9 @@ pub struct RenderArgs {
     /// A name without an ending, or with a slash at its end, is a folder, which is made if it is not there.
     /// A pattern holds {parent} (the name of the input's folder), {stem} (the input's name without its ending; with it
     /// where a folder has both m.glb and m.gltf), {variant}, {camera}, {frame} or {frame:04}, and {aov}. With --frames
-    /// and --turntable a folder gets STEM_FRAME, and a file must hold {frame}; with --variant all and --camera all
-    /// likewise. An output that is also read, or written twice, is refused. Files named .manypass-….partial beside it
-    /// are being written; those that a killed process left may be deleted.
+    /// and --turntable a folder gets STEM_FRAME, and a file must hold {frame}; with --variant all, --camera all and
+    /// --cameras likewise. An output that is also read, or written twice, is refused. Files named
+    /// .manypass-….partial beside it are being written; those that a killed process left may be deleted.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<String>,
     /// png, jpg, webp or exr, for standard output, a folder or another ending, too [default: by the ending of OUT, else
@@ -359,6 +360,16 @@ pub struct RenderArgs {
     pub format: Option<String>,
     #[command(flatten)]
     pub frame: FrameArgs,
+    /// Many views at once: poses and fields of view from a NeRF transforms.json, or from a COLMAP folder with
+    /// cameras and images (.bin or .txt; sparse/0 below it is found, too). {camera} is the name of each image.
+    ///
+    /// `manypass render a.glb --cameras transforms.json --size 800x800 -o 'out/{camera}.png'` reads the model once.
+    /// Axes of the world are the model's. A camera looks along -Z with +Y up in transforms.json, along +Z with +Y down
+    /// in COLMAP. Pictures have square pixels, the middle as principal point and no distortion; where the file says
+    /// otherwise there is a warning. Give --exposure 0 for the same exposure in all of them. See docs/camera.md.
+    #[arg(long, value_name = "FILE.json|DIR", conflicts_with_all =
+          ["camera", "eye", "orbit", "target", "up", "fov_y", "ortho_height", "turntable"])]
+    pub cameras: Option<PathBuf>,
     /// Write the picture of every pass into this folder.
     #[arg(long, value_name = "DIR")]
     pub dump_passes: Option<PathBuf>,
@@ -390,10 +401,10 @@ pub struct RenderArgs {
     pub cache: CacheArgs,
     /// Write what was done, as JSON, to a file or `-`; as JSON Lines wherever there may be several pictures.
     ///
-    /// Several pictures: more than one input, a folder or a pattern, --frames, --turntable, --variant all or --camera
-    /// all. Each line is there as soon as its picture is done. With --skip-existing lines are added to those that are
-    /// there, and a report of one picture that is left alone stays as it is. Beside the report of one picture on
-    /// standard output, a table of its passes goes to standard error, unless --quiet.
+    /// Several pictures: more than one input, a folder or a pattern, --frames, --turntable, --variant all, --camera
+    /// all or --cameras. Each line is there as soon as its picture is done. With --skip-existing lines are added to
+    /// those that are there, and a report of one picture that is left alone stays as it is. Beside the report of one
+    /// picture on standard output, a table of its passes goes to standard error, unless --quiet.
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
     /// Leave pictures alone that exist, with their contact sheet and passes where those are asked for.

@@ -20,6 +20,13 @@ pub enum Place {
     OfFile(usize),
     /// At a point.
     Eye(Vec3),
+    /// At a point, turned from looking along −Z with +Y up.
+    Posed {
+        /// To the world from the camera.
+        rotation: Quat,
+        /// Where it is.
+        eye: Vec3,
+    },
     /// Around the target.
     Orbit {
         /// Counter-clockwise seen from above; 0 is at +Z.
@@ -91,6 +98,7 @@ pub fn resolve(
     let up = spec.up.unwrap_or(Vec3::Y).normalize_or(Vec3::Y);
     let (rotation, eye) = match place {
         Place::Eye(eye) => (look(spec.target.unwrap_or_else(|| framing.center_world()) - eye, up)?, eye),
+        Place::Posed { rotation, eye } => (rotation, eye),
         Place::Orbit { yaw_deg, pitch_deg, radius_m } => {
             let orbit = Orbit { yaw_deg, pitch_deg, radius_m, up };
             (orbit_rotation(yaw_deg + turn_deg, pitch_deg, up), orbit.eye(spec, framing, aspect, turn_deg))

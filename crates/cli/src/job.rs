@@ -5,14 +5,15 @@ use crate::camera::CameraSpec;
 use crate::failure::Failure;
 use crate::looks::{self, Look, Several};
 use crate::pattern::{self, Output, Pattern};
+use crate::views::{self, Views};
 use manypass::{Background, Fisheye, Settings, SettingsError};
 use manypass_offline::{Format, atomic};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 mod camera;
 
 /// The longest side of a picture in pixels: the largest texture that common adapters offer.
-const LARGEST_SIDE_PX: u32 = 16384;
+pub const LARGEST_SIDE_PX: u32 = 16384;
 
 /// A checked `render`.
 #[derive(Debug)]
@@ -39,6 +40,8 @@ pub struct Job {
     pub aovs: Vec<String>,
     /// The frames, both ends included; none is a still.
     pub frames: Option<(u32, u32)>,
+    /// The views of `--cameras`; none without it, and until they are read.
+    pub views: Views,
 }
 
 impl Job {
@@ -53,7 +56,9 @@ impl Job {
             (None, Some(count)) => Some((0, count.saturating_sub(1))),
             (None, None) => None,
         };
-        let of_one = Several { frames: frames.is_some(), ..Several::looks(&args.frame) };
+        let looks = Several::looks(&args.frame);
+        let cameras = looks.cameras || args.cameras.is_some();
+        let of_one = Several { cameras, frames: frames.is_some(), ..looks };
         let frame_count = frames.map_or(1, |(a, b)| u64::from(b - a) + 1);
         let (format, output) = pattern::output(args, several || of_one.has_looks() || frame_count > 1, of_one)?;
         let pattern = |flag: &str, path: &Option<PathBuf>| {
@@ -86,7 +91,22 @@ impl Job {
             contact_sheet,
             aovs,
             frames,
+            views: Views::default(),
         })
+    }
+
+    /// Reads the views of `--cameras`, if it names any.
+    ///
+    /// # Errors
+    /// They cannot be read, or have a fault.
+    pub fn read_views(&mut self, path: Option<&Path>) -> Result<(), Failure> {
+        let Some(path) = path else { return Ok(()) };
+        self.views = views::read(path, (self.width, self.height), &self.look.camera)?;
+        // No view is an automatic one, about which there would be hints.
+        if let Some((camera, _)) = self.views.cameras.first() {
+            self.look.camera = camera.clone();
+        }
+        Ok(())
     }
 
     /// Checks what settings decide, wherever they come from.

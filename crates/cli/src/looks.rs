@@ -40,7 +40,7 @@ pub struct Subject<'a> {
 pub struct Several {
     /// Every variant of the file.
     pub variants: bool,
-    /// Every camera of the file.
+    /// Every camera of the file, or of `--cameras`.
     pub cameras: bool,
     /// Frames of a sequence, be it one.
     pub frames: bool,
@@ -86,7 +86,7 @@ pub fn typed(args: &FrameArgs, camera: &CameraSpec) -> Look {
 
 /// Every look of a scene that is asked for, cameras of a variant one after the other. A file without variants has its
 /// own materials, called `default`, one without cameras what is seen without a flag, called `default`, too; both are
-/// warned of.
+/// warned of. `views` are the cameras of `--cameras`, if there are any.
 ///
 /// # Errors
 /// If the scene has no such variant.
@@ -94,6 +94,7 @@ pub fn of_scene(
     scene: &Scene,
     args: &FrameArgs,
     camera: &CameraSpec,
+    views: &[(CameraSpec, String)],
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Look>, Failure> {
     let several = Several::looks(args);
@@ -104,7 +105,9 @@ pub fn of_scene(
     } else {
         vec![(variant(scene, args.variant.as_deref())?, typed.variant_name)]
     };
-    let cameras: Vec<(CameraSpec, String)> = if several.cameras {
+    let cameras: Vec<(CameraSpec, String)> = if !views.is_empty() {
+        views.to_vec()
+    } else if several.cameras {
         let placed = scene.placed_cameras();
         let names = distinct(placed.iter().map(|(index, ..)| (*index, camera_name(scene, *index))));
         let spec = |index| CameraSpec { place: Place::OfFile(index), ..camera.clone() };
@@ -144,7 +147,7 @@ pub fn variant(scene: &Scene, asked: Option<&str>) -> Result<Option<usize>, Fail
 }
 
 /// Names for files: those without any, and those that a file system may take for one of the others, have their index.
-fn distinct<'a>(named: impl Iterator<Item = (usize, &'a str)>) -> Vec<(usize, String)> {
+pub fn distinct<'a>(named: impl Iterator<Item = (usize, &'a str)>) -> Vec<(usize, String)> {
     let mut taken = BTreeSet::new();
     let mut name = |(index, name): (usize, &str)| {
         let mut name = safe_name(name);

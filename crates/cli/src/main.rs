@@ -42,6 +42,7 @@ mod stage;
 mod surroundings;
 mod table;
 mod tally;
+mod views;
 mod words;
 
 use clap::Parser;

@@ -126,8 +126,8 @@ impl Pattern {
             let hint = format!("write {placeholder} into the name{or_folder}");
             return Err(Failure::usage(format!("{flag} {text} is one place for all {what}"), hint));
         }
-        let unnamed =
-            [(of_variant && frame.variant.is_none(), "variant"), (of_camera && frame.camera.is_none(), "camera")];
+        let has_camera = several.cameras || frame.camera.is_some();
+        let unnamed = [(of_variant && frame.variant.is_none(), "variant"), (of_camera && !has_camera, "camera")];
         if let Some((_, what)) = unnamed.into_iter().find(|(is_unnamed, _)| *is_unnamed) {
             let message = format!("{flag} {text} names a {what}, and none is asked for");
             return Err(Failure::usage(

@@ -53,6 +53,7 @@ impl Places {
         places.read_named(&args.frame);
         places.read_effects(effects);
         environment.into_iter().for_each(|path| places.read_environment(path));
+        job.views.files.iter().for_each(|path| places.read(path, format!("the cameras {}", path.display())));
         let reports_to_stdout = args.report.as_deref().is_some_and(is_stdout);
         if job.output == Output::Stdout || reports_to_stdout {
             places.write_open_stdout()?;

@@ -64,11 +64,12 @@ struct Batch<'a> {
 /// The failure of the only input, or how many of several failed.
 pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let inputs = Inputs::gather(&args.inputs, args.recursive)?;
-    let job = Job::new(args, inputs.count() > 1, &aov_names())?;
+    let mut job = Job::new(args, inputs.count() > 1, &aov_names())?;
     let meets_stages = inputs.items.iter().any(|item| item.input.has_settings());
     let chosen = Chosen::of_frame(&args.frame)?.meeting_stages(meets_stages);
     let (settings, effect_files) = chosen.settings(Settings::default(), None)?;
     job.check(&settings)?;
+    job.read_views(args.cameras.as_deref())?;
     let places = Places::new(args, &job, &inputs.items, (surroundings::file(&settings), &effect_files))?;
     let is_lines = inputs.is_batch || job.several.any();
     let open_report =
@@ -110,6 +111,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     };
     batch.warn("the inputs", &inputs.warnings)?;
     batch.warn("--effect", &effect_warnings)?;
+    batch.warn("--cameras", &job.views.warnings)?;
     let result = batch.render_all(inputs);
     // A software driver that still compiles for what was submitted would crash when the process ends.
     batch.renderer.wait();

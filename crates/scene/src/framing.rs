@@ -19,7 +19,8 @@ pub use interior::Interior;
 pub use shown::{LEAST_OF_MODEL, LEAST_OF_PICTURE, Shown};
 
 use crate::capture::{Monitor, MonitorCamera};
-use crate::{Aabb, Animation, NodeId, Projection, Property, Scene};
+use crate::animation::{Animation, Property};
+use crate::{Aabb, NodeId, Projection, Scene};
 use glam::{Mat3, Mat4, Quat, Vec3};
 use points::Points;
 

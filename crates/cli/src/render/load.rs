@@ -73,7 +73,8 @@ impl Batch<'_> {
             .map(|_| input_files(&item.input, surroundings::file(&self.settings)))
             .unwrap_or_default();
         scenes::show(&mut scene, self.args.frame.scene.as_deref(), &mut warnings)?;
-        let mut looks = looks::of_scene(&scene, &self.args.frame, &self.job.look.camera, &mut warnings)?;
+        let (frame, job) = (&self.args.frame, self.job);
+        let mut looks = looks::of_scene(&scene, frame, &job.look.camera, &job.views.cameras, &mut warnings)?;
         scene.variant = looks.first().and_then(|look| look.variant);
         memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let framing = shot::framing(&mut scene, self.args)?;
