@@ -47,6 +47,8 @@ const RENDER_EXAMPLES: &str = "Examples:
   manypass render a.glb --background transparent -o cut-out.png
   manypass render a.glb --animation Walk --frames 0..47 --fps 24 -o 'walk/{frame:04}.png'
   cat a.glb | manypass render - -o - --format png > a.png
+  manypass render a.glb --turntable 96 -o - --format y4m | ffmpeg -i - turn.mp4
+  manypass render models/ --aov depth,normal -o data.npz
 
 Without --camera, --eye and --orbit: the file's first camera, which --target, --up, --fov-y, --ortho-height, --near and \
 --far change; else, and where that camera shows less than a tenth of the model or the model in less than a tenth of the picture, \
@@ -330,7 +332,7 @@ pub struct CacheArgs {
 
 /// Flags of `render`.
 #[derive(Debug, Args)]
-#[command(group(clap::ArgGroup::new("times").args(["time", "frames"])))]
+#[command(group(clap::ArgGroup::new("times").args(["time", "frames", "turntable"]).multiple(true)))]
 pub struct RenderArgs {
     /// Models (.glb, .gltf, .obj, .stl, .ply, .3mf; docs/inputs.md), .stage.toml files, folders of them, patterns
     /// ('models/**/*.glb'), `-` for standard input, or demo:NAME.
@@ -350,12 +352,17 @@ pub struct RenderArgs {
     /// A pattern holds {parent} (the name of the input's folder), {stem} (the input's name without its ending; with it
     /// where a folder has both m.glb and m.gltf), {variant}, {camera}, {frame} or {frame:04}, and {aov}. With --frames
     /// and --turntable a folder gets STEM_FRAME, and a file must hold {frame}; with --variant all, --camera all and
-    /// --cameras likewise. An output that is also read, or written twice, is refused. Files named
-    /// .manypass-….partial beside it are being written; those that a killed process left may be deleted.
+    /// --cameras likewise. With --format y4m, npz or tar, or such an ending, one stream takes all pictures of the call, as
+    /// in `-o - --format y4m | ffplay -` (docs/streams.md). An output that is also read, or written twice, is refused.
+    /// Files named .manypass-….partial beside it are being written; those that a killed process left may be deleted.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<String>,
-    /// png, jpg, webp or exr, for standard output, a folder or another ending, too [default: by the ending of OUT, else
-    /// png].
+    /// png, jpg, webp or exr, for standard output, a folder or another ending, too; or all pictures in one stream, with
+    /// -o - or a file: y4m, npz, tar [default: by the ending of OUT, else png].
+    ///
+    /// y4m is raw video (YUV 4:4:4, BT.709, limited range) at --fps, without alpha. npz holds NumPy's arrays: frames
+    /// (picture, row, column, RGBA; uint8), and one of numbers for each variable of --aov. tar holds .png files, or
+    /// .exr with --aov, named as in a folder.
     #[arg(long)]
     pub format: Option<String>,
     #[command(flatten)]
@@ -385,7 +392,7 @@ pub struct RenderArgs {
     /// Frames from A to B, both included, at frame / fps seconds.
     #[arg(long, value_name = "A..B")]
     pub frames: Option<String>,
-    /// Frames a second; `--time` uses it for motion alone.
+    /// Frames a second; `--time` uses it for motion alone, `--turntable` for video and what adapts from frame to frame.
     #[arg(long, default_value_t = 24.0, requires = "times")]
     pub fps: f32,
     /// Turn around the target, once in N frames: frames 0 to N - 1, or those of `--frames`, which play meanwhile. With

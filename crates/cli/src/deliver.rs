@@ -7,11 +7,12 @@ use crate::looks::Subject;
 use crate::one_tone::OneTone;
 use crate::output;
 use crate::session::{output_failure, still_failure, write_failure};
+use crate::stream::{begun, stream_failure};
 use manypass::{FrameRequest, PngEncoding, RenderError, Renderer};
 use manypass_offline::atomic::{self, AtomicFile};
 use manypass_offline::exr_file::WriteError;
 use manypass_offline::still::{StillError, aov_named, read_for_png, write_exr};
-use manypass_offline::{Format, PictureInfo, PngRange, aov_png, encode};
+use manypass_offline::{Container, Format, PictureInfo, PngRange, Stream, aov_png, encode};
 use manypass_scene::Scene;
 use std::collections::BTreeMap;
 use std::io::{BufWriter, Cursor};
@@ -33,8 +34,10 @@ pub struct Delivery {
     pub one_tone: Option<OneTone>,
     /// Files with all of their bytes, which are not in their places yet; the picture is the last.
     whole: Vec<AtomicFile>,
-    /// What goes to standard output.
+    /// What goes to standard output, or into a stream: a file, or pixels where the stream holds those.
     to_stdout: Option<Vec<u8>>,
+    /// Its name in a tar.
+    name: String,
 }
 
 /// Refuses ids that a 16-bit PNG cannot hold, before anything is rendered.
@@ -44,7 +47,8 @@ pub struct Delivery {
 pub fn check_ids(job: &Job, scene: &Scene) -> Result<(), Failure> {
     // Surfaces without a material have an id of their own.
     for (name, count) in [("object_id", scene.nodes.len()), ("material_id", scene.materials.len() + 1)] {
-        let is_wanted = job.format == Format::Png && job.aovs.iter().any(|aov| aov == name);
+        let is_png = job.format == Format::Png && job.output.container().is_none();
+        let is_wanted = is_png && job.aovs.iter().any(|aov| aov == name);
         if is_wanted && count > PngEncoding::LARGEST_ID as usize {
             let message = format!("{name} goes up to {count}, and a 16-bit PNG holds {}", PngEncoding::LARGEST_ID);
             return Err(Failure::usage(message, "write .exr, whose ids have 32 bits"));
@@ -65,12 +69,17 @@ impl Delivery {
         job: &Job,
         info: &PictureInfo,
         subject: Subject<'_>,
+        stream: &mut Option<Stream>,
     ) -> Result<Self, Failure> {
         let start = Instant::now();
         let mut delivery = Self::default();
         let files = output::files(job, subject);
         let target = files.as_ref().map(|(target, _)| target.as_path());
         let mut reading = Duration::ZERO;
+        delivery.name = job.output.stream().map(|place| place.name(subject)).unwrap_or_default();
+        if let Some(stream) = begun(stream, job)? {
+            reading += stream.read_variables(renderer).map_err(stream_failure)?;
+        }
         if job.format == Format::Exr {
             reading += delivery.exr(renderer, request, info, target)?;
         } else {
@@ -88,7 +97,10 @@ impl Delivery {
             let pixels = renderer.read_display().map_err(failed)?;
             reading += begun.elapsed();
             delivery.one_tone = OneTone::of(&pixels, request.settings.background.source);
-            let bytes = encoded(&pixels, request, job.format)?;
+            let bytes = match job.output.container() {
+                Some(Container::Y4m | Container::Npz) => pixels,
+                Some(Container::Tar) | None => encoded(&pixels, request, job.format)?,
+            };
             match target {
                 // Last, because --skip-existing and readers take it for the sign that the picture is done.
                 Some(target) => delivery.whole.push(written(target, &bytes)?),
@@ -100,16 +112,19 @@ impl Delivery {
         Ok(delivery)
     }
 
-    /// Puts the files in their places.
+    /// Puts the files in their places, or the picture into its stream.
     ///
     /// # Errors
     /// If that fails, or the user has said stop.
-    pub fn finish(&mut self) -> Result<(), Failure> {
+    pub fn finish(&mut self, stream: Option<&mut Stream>) -> Result<(), Failure> {
         let start = Instant::now();
         self.whole.drain(..).try_for_each(|file| file.commit().map_err(write_failure))?;
         if let Some(bytes) = self.to_stdout.take() {
             interrupt::check()?;
-            atomic::write_stdout(&bytes).map_err(write_failure)?;
+            match stream {
+                Some(stream) => stream.add(&self.name, &bytes).map_err(stream_failure)?,
+                None => atomic::write_stdout(&bytes).map_err(write_failure)?,
+            }
         }
         self.encode_ms += start.elapsed().as_secs_f64() * 1e3;
         Ok(())

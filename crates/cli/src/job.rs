@@ -7,7 +7,7 @@ use crate::looks::{self, Look, Several};
 use crate::pattern::{self, Output, Pattern};
 use crate::views::{self, Views};
 use manypass::{Background, Fisheye, Settings, SettingsError};
-use manypass_offline::{Format, atomic};
+use manypass_offline::{Container, Format, atomic};
 use std::path::{Path, PathBuf};
 
 mod camera;
@@ -30,7 +30,7 @@ pub struct Job {
     pub format: Format,
     /// Where it goes.
     pub output: Output,
-    /// Whether it is standard output, a device or a pipe, in which nothing can go back.
+    /// Whether it is standard output, a device, a pipe or a stream, in which nothing can go back.
     pub is_one_stream: bool,
     /// The folder of the pictures of all passes.
     pub dump_passes: Option<Pattern>,
@@ -68,15 +68,19 @@ impl Job {
         let contact_sheet = pattern("--contact-sheet", &args.contact_sheet)?;
         check_numbers(args)?;
         let aovs = aovs(args.frame.aov.as_deref(), aov_names)?;
+        if !aovs.is_empty() && output.container() == Some(Container::Y4m) {
+            return Err(Failure::usage("y4m holds no AOVs", "write npz or tar, or -o OUT.exr"));
+        }
         if !aovs.is_empty() && !matches!(format, Format::Png | Format::Exr) {
             return Err(Failure::usage("--aov needs .png or .exr", "use -o OUT.exr for all AOVs in one file"));
         }
         let is_one_stream = match &output {
-            Output::Stdout => true,
+            Output::Stdout | Output::Stream(_) => true,
             Output::Pattern(pattern) => atomic::is_in_place(pattern.text().as_ref()),
         };
-        if !aovs.is_empty() && is_one_stream && format != Format::Exr {
-            return Err(Failure::usage("only .exr holds AOVs on standard output or in a device", "add --format exr"));
+        if !aovs.is_empty() && is_one_stream && format != Format::Exr && output.container().is_none() {
+            let hint = "add --format exr, npz or tar";
+            return Err(Failure::usage("only .exr holds AOVs on standard output or in a device", hint));
         }
         let look = looks::typed(&args.frame, &camera::spec(&args.frame, args.turntable.is_some())?);
         Ok(Self {
@@ -114,7 +118,12 @@ impl Job {
     /// # Errors
     /// Wrong usage.
     pub fn check(&self, settings: &Settings) -> Result<(), Failure> {
-        if self.format == Format::Jpg && settings.background.source == Background::Transparent {
+        let is_transparent = settings.background.source == Background::Transparent;
+        if self.output.container() == Some(Container::Y4m) && is_transparent {
+            let hint = "write npz or tar, or choose another --background, such as 000000";
+            return Err(Failure::usage("y4m has no transparency", hint));
+        }
+        if self.format == Format::Jpg && is_transparent {
             let hint = "write .png, .webp or .exr, or choose another --background";
             return Err(Failure::usage("jpg has no transparency", hint));
         }

@@ -39,6 +39,7 @@ mod session;
 mod settings;
 mod shot;
 mod stage;
+mod stream;
 mod surroundings;
 mod table;
 mod tally;

@@ -7,6 +7,7 @@ use crate::looks::{Subject, safe_name};
 use crate::pattern::{Output, Pattern};
 use crate::places::is_pass_picture;
 use crate::session::{output_failure, write_failure};
+use crate::stream::StreamPlace;
 use manypass::PassPicture;
 use manypass_offline::atomic::AtomicFile;
 use manypass_offline::sheet::{self, contact_sheet};
@@ -15,7 +16,7 @@ use manypass_scene::input_file;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// The file of a picture, and of its AOVs where they have files of their own; none on standard output.
+/// The file of a picture, and of its AOVs where they have files of their own; none in a stream.
 pub fn files(job: &Job, subject: Subject<'_>) -> Option<(PathBuf, Vec<PathBuf>)> {
     let Output::Pattern(pattern) = &job.output else { return None };
     let target = pattern.expand(subject, "rgba");
@@ -25,6 +26,12 @@ pub fn files(job: &Job, subject: Subject<'_>) -> Option<(PathBuf, Vec<PathBuf>)>
     };
     let aovs = if job.format == Format::Png { job.aovs.iter().map(aov_file).collect() } else { Vec::new() };
     Some((target, aovs))
+}
+
+/// The name of a picture's output in reports; `files` are its files.
+pub fn shown(job: &Job, files: Option<&(PathBuf, Vec<PathBuf>)>) -> String {
+    let of_stream = || job.output.stream().map_or("-".into(), StreamPlace::shown);
+    files.map_or_else(of_stream, |(target, _)| target.display().to_string())
 }
 
 /// Whether a picture is there to its end. One that was cut off while it was copied is drawn again.

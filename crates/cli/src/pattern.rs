@@ -3,7 +3,8 @@
 use crate::args::{FrameArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::looks::{Several, Subject};
-use manypass_offline::{Format, atomic};
+use crate::stream::StreamPlace;
+use manypass_offline::{Container, Format, atomic};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -17,12 +18,35 @@ const NAMES: [&str; 6] = ["parent", "stem", "variant", "camera", "frame", "aov"]
 const MOST_DIGITS: usize = 32;
 
 /// Where pictures go.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Output {
-    /// Standard output.
+    /// Standard output, of one picture.
     Stdout,
     /// A file a picture; or one device or pipe for all.
     Pattern(Pattern),
+    /// One stream of all pictures.
+    Stream(StreamPlace),
+}
+
+impl Output {
+    /// The stream, if it is one.
+    pub fn stream(&self) -> Option<&StreamPlace> {
+        if let Self::Stream(place) = self { Some(place) } else { None }
+    }
+
+    /// The kind of the stream, if it is one.
+    pub fn container(&self) -> Option<Container> {
+        self.stream().map(|place| place.container)
+    }
+
+    /// Whether it is standard output.
+    pub fn is_stdout(&self) -> bool {
+        match self {
+            Self::Stdout => true,
+            Self::Pattern(_) => false,
+            Self::Stream(place) => place.path.is_none(),
+        }
+    }
 }
 
 /// A path with placeholders.
@@ -185,7 +209,7 @@ const INPUT_ENDINGS: [&str; 12] =
     ["3mf", "bin", "glb", "gltf", "hdr", "ktx2", "mtl", "obj", "ply", "stl", "toml", "wgsl"];
 
 /// Whether any placeholder stands in `path`, beside what may.
-fn has_placeholders(path: &Path) -> bool {
+pub fn has_placeholders(path: &Path) -> bool {
     let text = path.to_string_lossy();
     let mut names = text.split('{').skip(1).filter_map(|rest| rest.split_once('}'));
     names.any(|(name, _)| Part::placeholder(name).is_some())
@@ -196,38 +220,79 @@ pub fn is_stdout(path: &Path) -> bool {
     [Path::new("-"), Path::new("/dev/stdout"), Path::new("/dev/fd/1"), Path::new("/proc/self/fd/1")].contains(&path)
 }
 
+/// The names of pictures where none are given, without an ending.
+pub fn default_name(several: Several) -> String {
+    let of_variants = if several.variants { "_{variant}" } else { "" };
+    let of_cameras = if several.cameras { "_{camera}" } else { "" };
+    let of_frames = if several.frames { "_{frame:04}" } else { "" };
+    format!("{{stem}}{of_variants}{of_cameras}{of_frames}")
+}
+
+/// Refuses an output that ends as an input does.
+///
+/// # Errors
+/// Wrong usage.
+pub fn refuse_input_ending(out: &str, extension: &str) -> Result<(), Failure> {
+    if INPUT_ENDINGS.iter().any(|ending| extension.eq_ignore_ascii_case(ending)) {
+        let message = format!("`{out}` ends as an input does, and a picture could take the place of one");
+        return Err(Failure::usage(message, "give the picture another ending, such as .png"));
+    }
+    Ok(())
+}
+
+/// Refuses what scripts write whose variable is empty: one would be a picture in the root, the other a hidden folder.
+///
+/// # Errors
+/// Wrong usage.
+fn refuse_no_name(out: &str) -> Result<(), Failure> {
+    let is_known = |end: &str| Format::from_extension(end).is_some() || Container::from_extension(end).is_some();
+    if out.is_empty() || out.strip_prefix('.').is_some_and(is_known) {
+        let hint = "name a file, such as -o picture.png, or a folder: -o DIR/";
+        return Err(Failure::usage(format!("`{out}` is no name of an output"), hint));
+    }
+    Ok(())
+}
+
+/// What `--format` takes, for messages.
+const FORMATS: &str = "formats: png, jpg, webp, exr; y4m, npz and tar for all pictures in one stream";
+
+/// What standard output takes.
+const FORMAT_HINT: &str = "add --format png; for several pictures --format y4m, npz or tar";
+
+/// What takes several pictures.
+const SEVERAL_HINT: &str =
+    "for several add --format y4m (video), npz (arrays) or tar (files); or write to a folder: -o DIR/";
+
 /// The format and the place of pictures. `are_several` says that there is, or may be, more than one, `several` by what
 /// one input has several.
 ///
 /// # Errors
 /// Wrong usage.
 pub fn output(args: &RenderArgs, are_several: bool, several: Several) -> Result<(Format, Output), Failure> {
-    let unknown = |text: &str| Failure::usage(format!("unknown format `{text}`"), "formats: png, jpg, webp, exr");
-    let asked =
-        args.format.as_deref().map(|text| Format::from_extension(text).ok_or_else(|| unknown(text))).transpose()?;
     if let Some(report) = args.report.as_deref().filter(|path| has_placeholders(path)) {
         let message = format!("--report {} has a placeholder, but is one file for the whole call", report.display());
         return Err(Failure::usage(message, "name one file, for example report.jsonl; every picture is a line of it"));
     }
-    let of_variants = if several.variants { "_{variant}" } else { "" };
-    let of_cameras = if several.cameras { "_{camera}" } else { "" };
-    let of_frames = if several.frames { "_{frame:04}" } else { "" };
-    let default_name = format!("{{stem}}{of_variants}{of_cameras}{of_frames}");
+    args.output.as_deref().map_or(Ok(()), refuse_no_name)?;
+    if let Some(place) = StreamPlace::asked(args, several)? {
+        return Ok((place.format, Output::Stream(place)));
+    }
+    let unknown = |text: &str| Failure::usage(format!("unknown format `{text}`"), FORMATS);
+    let asked =
+        args.format.as_deref().map(|text| Format::from_extension(text).ok_or_else(|| unknown(text))).transpose()?;
+    let default_name = default_name(several);
     let format = asked.unwrap_or(Format::Png);
     let Some(out) = args.output.as_deref() else {
         return Ok((format, Output::Pattern(Pattern::new(&format!("{default_name}.{}", format.extension()))?)));
     };
     let path = Path::new(out);
-    // As a script writes them whose variable is empty: one would be a picture in the root, the other a hidden folder.
-    let is_ending_alone = out.strip_prefix('.').is_some_and(|end| Format::from_extension(end).is_some());
-    if out.is_empty() || is_ending_alone {
-        let hint = "name a file, such as -o picture.png, or a folder: -o DIR/";
-        return Err(Failure::usage(format!("`{out}` is no name of an output"), hint));
-    }
     if is_stdout(path) {
-        let format = asked.ok_or_else(|| Failure::usage("standard output has no format", "add --format png"))?;
+        let format = asked.ok_or_else(|| Failure::usage("standard output has no format", FORMAT_HINT))?;
         if are_several {
-            return Err(Failure::usage("standard output takes one picture", "write to a folder: -o DIR/"));
+            return Err(Failure::usage(
+                format!("standard output takes one picture as {}", format.extension()),
+                SEVERAL_HINT,
+            ));
         }
         if args.report.as_deref().is_some_and(is_stdout) {
             return Err(Failure::usage("standard output takes the picture or the report", "write one to a file"));
@@ -252,14 +317,10 @@ pub fn output(args: &RenderArgs, are_several: bool, several: Several) -> Result<
                 let message = format!("--format {} and `{out}` disagree", asked.extension());
                 return Err(Failure::usage(message, "leave --format out, or give the file another ending"));
             }
-            if INPUT_ENDINGS.iter().any(|ending| extension.eq_ignore_ascii_case(ending)) {
-                let message = format!("`{out}` ends as an input does, and a picture could take the place of one");
-                return Err(Failure::usage(message, "give the picture another ending, such as .png"));
-            }
+            refuse_input_ending(out, extension)?;
             // An ending that says nothing is a name like any other where the format is given.
             let format = asked.or(named).ok_or_else(|| {
-                let hint =
-                    format!("formats: png, jpg, webp, exr; add --format for another ending, or name a folder: {out}/");
+                let hint = format!("{FORMATS}; add --format for another ending, or name a folder: {out}/");
                 Failure::usage(format!("unknown format `{extension}`"), hint)
             })?;
             Ok((format, Output::Pattern(Pattern::of_flag("-o", path, several, &args.frame)?)))

@@ -8,7 +8,7 @@ use crate::input::Input;
 use crate::job::Job;
 use crate::looks::Subject;
 use crate::output;
-use crate::pattern::{Output, is_stdout};
+use crate::pattern::is_stdout;
 use manypass::EffectFile;
 use manypass_offline::atomic;
 use manypass_scene::environment::files_of;
@@ -55,8 +55,11 @@ impl Places {
         environment.into_iter().for_each(|path| places.read_environment(path));
         job.views.files.iter().for_each(|path| places.read(path, format!("the cameras {}", path.display())));
         let reports_to_stdout = args.report.as_deref().is_some_and(is_stdout);
-        if job.output == Output::Stdout || reports_to_stdout {
+        if job.output.is_stdout() || reports_to_stdout {
             places.write_open_stdout()?;
+        }
+        if let Some(path) = job.output.stream().and_then(|place| place.path.as_deref()) {
+            places.write_as(path, "all pictures")?;
         }
         if let Some(report) = args.report.as_deref().filter(|_| !reports_to_stdout) {
             places.write_as(report, "the report")?;

@@ -19,11 +19,13 @@ use crate::places::Places;
 use crate::report::{Phases, Report};
 use crate::request::{effect_warnings, effects};
 use crate::session::{self, ms_since, still_failure};
+use crate::stream;
 use crate::surroundings::{self, Surroundings};
 use crate::tally::Tally;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use load::Loaded;
 use manypass::{Effect, EffectFile, RenderError, Renderer, Settings};
+use manypass_offline::Stream;
 use manypass_offline::still::aov_names;
 use std::io::IsTerminal;
 use std::mem::ManuallyDrop;
@@ -51,6 +53,8 @@ struct Batch<'a> {
     effect_files: Vec<EffectFile>,
     plain_effect_files: &'a [EffectFile],
     report: Option<Report>,
+    /// All pictures, if they go into one stream; from the first picture on.
+    stream: Option<Stream>,
     bar: ProgressBar,
     /// What is read and written.
     places: Places,
@@ -105,6 +109,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         effect_files: effect_files.clone(),
         plain_effect_files: &effect_files,
         report: open_report()?,
+        stream: None,
         bar: progress_bar(count, args.quiet),
         places,
         start_ms: ms_since(started),
@@ -156,8 +161,12 @@ impl Batch<'_> {
             let mut frame = None;
             let Err(failure) = self.render_input(item_index, item, &mut frame) else { continue };
             let failure = tally.add(&item.input.name(), frame, failure, self.report.as_mut())?;
+            if self.stream.as_ref().is_some_and(Stream::is_broken) {
+                return Err(failure);
+            }
             self.bar.suspend(|| failure.print());
         }
+        stream::finish(self.stream.take())?;
         tally.result()
     }
 
@@ -199,7 +208,7 @@ impl Batch<'_> {
                 *failing = shown;
                 self.places.check(item_index, self.job, subject)?;
                 let files = output::files(self.job, subject);
-                let output = files.as_ref().map_or("-".into(), |(target, _)| target.display().to_string());
+                let output = output::shown(self.job, files.as_ref());
                 if self.args.skip_existing && output::are_there(self.job, subject) {
                     if let Some(loaded) = &mut loaded {
                         loaded.goes_on = false;

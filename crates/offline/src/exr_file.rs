@@ -60,7 +60,7 @@ impl Part {
 }
 
 /// The rows that are read at a time of a picture whose pixels have `components` values of 32 bits.
-fn band_rows(width: u32, components: usize) -> u32 {
+pub(crate) fn band_rows(width: u32, components: usize) -> u32 {
     let row_bytes = u64::from(width.max(1)) * components as u64 * 4;
     let rows = (BAND_BYTES / row_bytes).clamp(1, 1 << 20) as u32;
     rows.next_multiple_of(BLOCK_ROWS)

@@ -106,7 +106,7 @@ fn layer_attributes(part: &Part, is_first: bool, info: &PictureInfo) -> LayerAtt
 }
 
 /// Frames a second as whole numbers, to a thousandth.
-fn rational(frames_per_second: f32) -> (i32, u32) {
+pub(crate) fn rational(frames_per_second: f32) -> (i32, u32) {
     let thousandths = (f64::from(frames_per_second) * 1000.0).round() as i32;
     let divisor = [1000, 500, 250, 125, 100, 50, 25, 20, 10, 5, 4, 2].into_iter().find(|n| thousandths % n == 0);
     let divisor = divisor.unwrap_or(1);

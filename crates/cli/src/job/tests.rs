@@ -57,6 +57,17 @@ fn conflicts_and_nonsense_are_wrong_usage() {
         &["--path", "forward", "--set", "msaa.samples=3"],
         &["--orbit", "auto,1,1"],
         &["-o", "-"],
+        &["-o", "a.y4m", "--format", "npz"],
+        &["-o", "a.y4m", "--format", "png"],
+        &["-o", "a.png", "--format", "tar"],
+        &["-o", "a.y4m", "--aov", "depth"],
+        &["-o", "a.y4m", "--background", "transparent"],
+        &["-o", "a.npz", "--skip-existing"],
+        &["-o", "{stem}.npz"],
+        &["-o", "a.glb", "--format", "tar"],
+        &["-o", "out/", "--format", "tar"],
+        &["-o", ".tar"],
+        &["--format", "y4m"],
         &["-o", "a.gif"],
         &["--environment", "12345"],
         &["--near", "2", "--far", "1"],
@@ -74,6 +85,7 @@ fn folders_become_patterns() {
     let pattern = |flags: &[&str]| match job(flags).expect("job").output {
         Output::Pattern(pattern) => pattern.text().to_owned(),
         Output::Stdout => "-".to_owned(),
+        Output::Stream(place) => place.shown(),
     };
     assert_eq!(pattern(&["-o", "out/"]), "out/{stem}.png");
     // Another call may render the next frame, so even one is told apart.
@@ -86,6 +98,29 @@ fn folders_become_patterns() {
             assert!(failure.code() == 2 && failure.hint.contains("{frame:04}"), "{failure:?}");
         }
     }
+}
+
+#[test]
+fn one_stream_takes_all_pictures() {
+    let frames = ["--frames", "0..47", "--camera", "all"];
+    for (flags, shown, format) in [
+        (&["-o", "-", "--format", "y4m"][..], "-", Format::Png),
+        (&["-o", "/dev/stdout", "--format", "tar"], "-", Format::Png),
+        (&["-o", "a.npz", "--aov", "all"], "a.npz", Format::Png),
+        (&["-o", "a.TAR", "--aov", "depth"], "a.TAR", Format::Exr),
+        (&["-o", "x.foo", "--format", "npz"], "x.foo", Format::Png),
+    ] {
+        let job = job(&[&frames[..], flags].concat()).expect(shown);
+        let place = job.output.stream().expect("a stream");
+        assert_eq!((place.shown().as_str(), job.format, job.is_one_stream), (shown, format, true));
+        let names = crate::gather::Names { parent: "p".into(), stem: "s".into() };
+        let look = Look { camera_name: "c".into(), ..job.look.clone() };
+        let name = place.name(crate::looks::Subject { names: &names, look: &look, frame: 7 });
+        assert_eq!(name, format!("s_c_0007.{}", format.extension()));
+    }
+    let refused = job(&["-o", "-", "--format", "png", "--frames", "0..1"]).expect_err("a sequence of files");
+    assert!(["y4m", "npz", "tar"].iter().all(|name| refused.hint.contains(name)), "{refused:?}");
+    assert!(job(&["-o", "a.y4m", "--turntable", "8", "--fps", "30"]).is_ok());
 }
 
 #[test]

@@ -66,7 +66,8 @@ impl Batch<'_> {
         phases: Phases,
     ) -> Result<(), Failure> {
         let mut drawn = self.draw(item, loaded, subject, phases)?;
-        let mut delivery = Delivery::begin(&mut self.renderer, &drawn.request, self.job, &drawn.info, subject)?;
+        let mut delivery =
+            Delivery::begin(&mut self.renderer, &drawn.request, self.job, &drawn.info, subject, &mut self.stream)?;
         drawn.clamped_pixels = drawn.request.averages_radiance().then(|| self.renderer.clamped_pixels());
         if let Some(warning) = exposure::clamped_warning(drawn.clamped_pixels.unwrap_or(0)) {
             self.warn(&item.input.name(), std::slice::from_ref(&warning))?;
@@ -82,7 +83,7 @@ impl Batch<'_> {
             drawn.warnings.push(warning);
         }
         self.look_at(&item.input.name(), loaded, &delivery, &drawn.request)?;
-        delivery.finish()?;
+        delivery.finish(self.stream.as_mut())?;
         // Their memory is the next picture's.
         self.renderer.forget_variables();
         (drawn.phases.readback, drawn.phases.encode) = (delivery.readback_ms, delivery.encode_ms);
