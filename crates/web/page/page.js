@@ -168,9 +168,13 @@ async function show(name, found, load, { isWhole = true, adorn } = {}) {
   let fault;
   await inTurn(async () => {
     const viewer = state.viewer;
-    isLoaded = false;
-    await load(viewer, new Map(found));
-    isLoaded = true;
+    isLoaded = isComing = false;
+    try {
+      await load(viewer, new Map(found));
+    } finally {
+      // A file that cannot be read leaves the model before.
+      isLoaded = viewer.modelRadius() !== undefined;
+    }
     isComing = viewer.waitsForImages();
     play.hidden = !viewer.moves();
     if (time > 0) await viewer.setTime(time);
@@ -203,8 +207,18 @@ async function dress(late) {
 
 /** Those in the model's own file first, then the others as they come; says whether there were any. */
 async function giveTextures(late, mine) {
-  const step = (action) => inTurn(() => mine === opened && action(state.viewer));
-  const drawn = () => mine === opened && !bare && draw();
+  const step = async (action) => {
+    for (;;) {
+      try {
+        return await inTurn(() => mine === opened && action(state.viewer));
+      } catch (error) {
+        if (error.name !== "ContextLost") throw error;
+        await new Promise((done) => state.viewer.addEventListener("restored", done, { once: true }));
+      }
+    }
+  };
+  /** A frame that fails says so, and the next texture comes all the same. */
+  const drawn = () => mine === opened && !bare && tried(draw());
   let came = late.length > 0;
   while (await step((viewer) => viewer.nextImage())) {
     came = true;
@@ -214,12 +228,13 @@ async function giveTextures(late, mine) {
     try {
       const bytes = await file;
       await step((viewer) => viewer.giveImage(decodeURIComponent(uri), bytes));
-      await drawn();
     } catch (error) {
       // The model stays without what cannot be had; the rest comes all the same.
       console.warn(`${uri}: ${error.message ?? error}`);
       await step((viewer) => viewer.missImage(decodeURIComponent(uri), String(error.message ?? error)));
+      continue;
     }
+    await drawn();
   }
   return came;
 }
