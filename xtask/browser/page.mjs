@@ -191,6 +191,30 @@ async function extras({ page, drop, said, picture, base64, model }, faults) {
   if (!name.includes(model[0][0])) faults.push(`the canvas is called ${name}`);
 }
 
+/** An image that never comes, and one that comes after its model: both are drawn as soon as they are whole. */
+async function lateImages({ page, drop, said, picture, painted, red }, faults) {
+  // One sample of each will do.
+  await page.evaluate(() => {
+    const viewer = window.manypass.viewer;
+    window.refinedEarly = 0;
+    viewer.refine = async () => {
+      window.refinedEarly += viewer.waitsForImages();
+      return false;
+    };
+  });
+  const unpainted = await picture();
+  const whole = () => page.waitForFunction(() => window.manypass.isWhole, null, { timeout: 60000 });
+  await drop(painted);
+  await said("image `red.png` did not come, and materials do without it");
+  await whole();
+  if (await picture(false) !== unpainted) faults.push("a model whose image does not come is not drawn as without it");
+  await drop([...painted, ["red.png", red]]);
+  await said("^$");
+  await whole();
+  if (await picture(false) === unpainted) faults.push("an image that comes late is not shown");
+  if (await page.evaluate(() => window.refinedEarly)) faults.push("edges are smoothed before all images have come");
+}
+
 /** The page as a user meets it: it turns, refuses, and takes dropped files. */
 export const asUser = (browser, origin) => test("page", async (faults) => {
   const page = await open(browser, origin, {}, { width: 640, height: 360 }, faults);
@@ -264,27 +288,7 @@ export const asUser = (browser, origin) => test("page", async (faults) => {
   await drop([["triangle.gltf", gltf], ["my corners.bin", corners]]);
   await said("^$");
   if (await picture() !== unlit) faults.push("settings of a stage outlast it");
-  // An image that never comes, and one that comes after its model; both are drawn as soon as they are whole. One sample
-  // of each will do.
-  await page.evaluate(() => {
-    const viewer = window.manypass.viewer;
-    window.refinedEarly = 0;
-    viewer.refine = async () => {
-      window.refinedEarly += viewer.waitsForImages();
-      return false;
-    };
-  });
-  const unpainted = await picture();
-  const whole = () => page.waitForFunction(() => window.manypass.isWhole, null, { timeout: 60000 });
-  await drop([["painted.gltf", painted], ["my corners.bin", corners]]);
-  await said("image `red.png` did not come, and materials do without it");
-  await whole();
-  if (await picture(false) !== unpainted) faults.push("a model whose image does not come is not drawn as without it");
-  await drop([["painted.gltf", painted], ["my corners.bin", corners], ["red.png", red]]);
-  await said("^$");
-  await whole();
-  if (await picture(false) === unpainted) faults.push("an image that comes late is not shown");
-  if (await page.evaluate(() => window.refinedEarly)) faults.push("edges are smoothed before all images have come");
+  await lateImages({ page, drop, said, picture, painted: [["painted.gltf", painted], ["my corners.bin", corners]], red }, faults);
   await extras({ page, drop, said, picture, base64, model: [["triangle.gltf", gltf], ["my corners.bin", corners]] }, faults);
   const ended = await page.evaluate(async () => {
     const { viewer } = window.manypass;
