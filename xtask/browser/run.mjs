@@ -8,7 +8,7 @@
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { failures, launchWithBoth, launchWithNeither, open, out, serve, test } from "./harness.mjs";
-import { asUser, withBudget, withoutApi } from "./page.mjs";
+import { asUser, withBudget, withLoss, withoutApi, withWrongAddress } from "./page.mjs";
 import { read } from "./variables.mjs";
 
 const cases = JSON.parse(process.argv[2]);
@@ -134,7 +134,11 @@ await Promise.all(["webgpu", "webgl"].map(async (backend) => {
 
 let browser = await launchWithBoth();
 await asUser(browser, origin);
-for (const backend of ["webgpu", "webgl"]) await withBudget(browser, origin, backend);
+await withWrongAddress(browser, origin);
+for (const backend of ["webgpu", "webgl"]) {
+  await withBudget(browser, origin, backend);
+  await withLoss(browser, origin, backend);
+}
 await browser.close();
 browser = await launchWithNeither();
 await withoutApi(browser, origin);

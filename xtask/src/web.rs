@@ -37,7 +37,8 @@ fn folder() -> PathBuf {
 /// Whether there is a package of the sources as they are.
 pub(crate) fn is_current() -> bool {
     let changed = |path: &Path| path.metadata().and_then(|metadata| metadata.modified()).ok();
-    let built = ["index.html", "manypass_web.js", "manypass_web_bg.wasm"].map(|name| changed(&folder().join(name)));
+    let built = ["index.html", "manypass_web.js", "manypass_raw.js", "manypass_raw_bg.wasm"]
+        .map(|name| changed(&folder().join(name)));
     let oldest = built.into_iter().min().flatten();
     oldest.is_some() && oldest >= newest_below(&root().join("crates"))
 }
@@ -94,13 +95,16 @@ pub(crate) fn build(size: Size, warnings: Warnings) -> Result<()> {
         .input_path(&module)
         .web(true)?
         .typescript(true)
+        // What pages import stands around it: crates/web/module.
+        .out_name("manypass_raw")
         .omit_default_module_path(false)
         .generate(&folder)
         .with_context(|| format!("writing the bindings of {}", module.display()))?;
-    let page = root().join("crates/web/page");
-    for entry in std::fs::read_dir(&page)? {
-        let entry = entry?;
-        std::fs::copy(entry.path(), folder.join(entry.file_name()))?;
+    for part in ["crates/web/module", "crates/web/page"] {
+        for entry in std::fs::read_dir(root().join(part))? {
+            let entry = entry?;
+            std::fs::copy(entry.path(), folder.join(entry.file_name()))?;
+        }
     }
     for entry in std::fs::read_dir(&folder)? {
         let entry = entry?;

@@ -88,6 +88,9 @@ pub struct Executor {
     clears_cost: bool,
 }
 
+/// A texture of fewer texels takes no memory that would have to be given back at once: 16 KiB of four bytes each.
+const SMALL_TEXELS: u32 = 64 * 64;
+
 /// What the textures behind the slots of a plan have to be.
 fn slot_shapes(plan: &Plan, options: &RunOptions<'_>) -> Vec<(TextureDesc, wgpu::TextureUsages)> {
     let mut shapes: Vec<_> = plan.slots.iter().map(|desc| (*desc, wgpu::TextureUsages::RENDER_ATTACHMENT)).collect();
@@ -143,6 +146,20 @@ impl Executor {
     /// Takes the exported textures of `run` out of the pool, so that they keep what they hold after the next run too.
     pub fn release_exports(&mut self, run: &Run) {
         self.pool.remove(|texture| run.exports.iter().flatten().any(|export| export == texture));
+    }
+
+    /// Destroys the textures that were given back because no frame asks for their shape any more, but for those that
+    /// `run` exports. To drop them is not enough: browsers free what was dropped when they collect garbage, which
+    /// textures do not hasten. Call it after the encoders of all frames that were run are submitted. Textures of a few
+    /// texels are only dropped: they take no memory, and who exported one may hold it for long.
+    pub fn destroy_given_back(&mut self, run: &Run) {
+        let textures = self.pool.take_given_back().into_iter().chain(self.histories.take_given_back());
+        for texture in textures {
+            let is_small = texture.width() * texture.height() < SMALL_TEXELS;
+            if !is_small && !run.exports.iter().flatten().any(|export| *export == texture) {
+                texture.destroy();
+            }
+        }
     }
 
     /// Memory of all textures that the executor holds.

@@ -76,6 +76,8 @@ const KEPT_RUNS: u64 = 120;
 pub(crate) struct Pool {
     textures: Vec<Pooled>,
     run: u64,
+    /// What is held no longer, and may still stand in an encoder that is not submitted.
+    given_back: Vec<wgpu::Texture>,
 }
 
 impl Pool {
@@ -161,11 +163,21 @@ impl Pool {
             }
         }
         let oldest_kept = oldest_kept.max(run.saturating_sub(KEPT_RUNS));
+        let given_back = &mut self.given_back;
         self.textures.retain_mut(|pooled| {
             pooled.taken = false;
-            pooled.last_run >= oldest_kept
+            let is_kept = pooled.last_run >= oldest_kept;
+            if !is_kept {
+                given_back.push(pooled.texture.clone());
+            }
+            is_kept
         });
         self.run += 1;
+    }
+
+    /// What was given back since this was last called.
+    pub(crate) fn take_given_back(&mut self) -> Vec<wgpu::Texture> {
+        std::mem::take(&mut self.given_back)
     }
 
     pub(crate) fn bytes(&self) -> u64 {
@@ -193,6 +205,8 @@ pub(crate) struct Histories {
     pairs: HashMap<Cow<'static, str>, Pair>,
     book: Arc<HistoryBook>,
     run: u64,
+    /// What is held no longer, and may still stand in an encoder that is not submitted.
+    given_back: Vec<wgpu::Texture>,
 }
 
 impl Histories {
@@ -218,7 +232,8 @@ impl Histories {
         };
         let pair = self.pairs.entry(name.clone()).or_insert_with(make);
         if pair.desc != *desc {
-            *pair = make();
+            let former = std::mem::replace(pair, make());
+            self.given_back.extend(former.textures);
             Arc::make_mut(&mut self.book).remove(name);
         }
         pair.last_run = self.run;
@@ -245,11 +260,23 @@ impl Histories {
     pub(crate) fn end_run(&mut self) {
         let oldest_kept = self.run.saturating_sub(KEPT_RUNS);
         if self.pairs.values().any(|pair| pair.last_run < oldest_kept) {
-            self.pairs.retain(|_, pair| pair.last_run >= oldest_kept);
+            let given_back = &mut self.given_back;
+            self.pairs.retain(|_, pair| {
+                let is_kept = pair.last_run >= oldest_kept;
+                if !is_kept {
+                    given_back.extend(pair.textures.iter().cloned());
+                }
+                is_kept
+            });
             let pairs = &self.pairs;
             Arc::make_mut(&mut self.book).retain(|name, _| pairs.contains_key(name));
         }
         self.run += 1;
+    }
+
+    /// What was given back since this was last called.
+    pub(crate) fn take_given_back(&mut self) -> Vec<wgpu::Texture> {
+        std::mem::take(&mut self.given_back)
     }
 
     pub(crate) fn bytes(&self) -> u64 {

@@ -1,30 +1,37 @@
 // ?model=URL|demo:hall  ?backend=auto|webgpu|webgl  ?size=WIDTHxHEIGHT (without it the canvas fills the window)  ?time=SECONDS
+import { follow } from "./controls.js";
 import init, { create, modelFiles, stageEnvironment, stageImages, stageModel } from "./manypass_web.js";
 
 const query = new URLSearchParams(location.search);
 const canvas = document.getElementById("canvas");
 const message = document.getElementById("message");
-const state = (window.manypass = { viewer: null, ready: false, error: null, isWhole: false, draw });
+const state = (window.manypass = { viewer: null, ready: false, error: null, isWhole: false, draw, orbit: () => orbit });
 /** Nothing until the user turns: then the view sets out from the file's camera. */
 let orbit;
+/** The nearest and the farthest that the user may be. */
+let nearest_m, farthest_m;
 /** Whether there is a model to draw. */
 let isLoaded = false;
 /** Rises with every wish, so that older ones give way. */
 let latest = 0;
 /** Rises with every model, so that textures of former ones are left alone. */
 let opened = 0;
+/** Whether textures are still to come: edges are smoothed once all are there. */
+let isComing = false;
+/** Effects of dropped files, by name of file, in their order. They stay when another model comes. */
+const effects = new Map();
 /** With a fixed size, for tests and pictures, a frame is one sample a pixel, and nothing but the canvas is shown. */
 const bare = query.has("size");
 
 const play = document.getElementById("play");
 /** The time that is shown in seconds, and when that was; nothing while it stands. */
-let time = Number(query.get("time")) || 0;
+let time = 0;
 let shownAt;
 
 const say = (text) => { message.textContent = text; };
 const tried = (action) => action.catch((error) => say(error.message ?? String(error)));
 
-/** The viewer takes one call at a time: everything that calls it waits here for its turn. */
+/** What takes several calls of the viewer waits here for its turn. */
 let queue = Promise.resolve();
 const inTurn = (action) => (queue = queue.catch(() => {}).then(action));
 
@@ -38,12 +45,12 @@ function draw() {
       // What waited for long does not make up for it.
       time += Math.min(now - shownAt, 100) / 1000;
       shownAt = now;
-      state.viewer.setTime(time);
+      await state.viewer.setTime(time);
     }
     await state.viewer.render(orbit);
     await new Promise(requestAnimationFrame);
     if (shownAt !== undefined) return void tried(draw());
-    while (!bare && mine === latest && await state.viewer.refine()) await new Promise(requestAnimationFrame);
+    while (!bare && !isComing && mine === latest && await state.viewer.refine()) await new Promise(requestAnimationFrame);
   });
 }
 
@@ -59,8 +66,11 @@ function references(bytes) {
 
 const isStage = (name) => /\.stage\.toml$/i.test(name);
 
-/** Shows a model or a stage; `get` fetches what they refer to, by a path (of a stage) or an address (of a model, from the model's place). */
-async function open(name, bytes, get) {
+/**
+ * Shows a model or a stage; `get` fetches what they refer to, by a path (of a stage) or an address (of a model, from the model's
+ * place). `adorn` is called with the viewer when it is loaded.
+ */
+async function open(name, bytes, get, adorn) {
   const parts = async (bytes, addresses, model) => {
     const found = await Promise.all(addresses.map(async (uri) => [uri, await get(uri, model)]));
     // An OBJ names libraries of materials, and those name textures. What is not there is warned of by the viewer.
@@ -80,7 +90,8 @@ async function open(name, bytes, get) {
     const late = images.map((uri) => [uri, get(uri)]);
     // What fails is said when its turn comes.
     for (const [, file] of late) file.catch(() => {});
-    await show(await parts(bytes, buffers), (viewer, found) => viewer.loadBeforeImages(bytes, found, images), false);
+    const load = (viewer, found) => viewer.loadBeforeImages(bytes, found, images);
+    await show(name, await parts(bytes, buffers), load, { isWhole: false, adorn });
     return dress(late);
   }
   const model = stageModel(bytes);
@@ -92,11 +103,11 @@ async function open(name, bytes, get) {
   for (const file of [...environment ? [environment] : [], ...stageImages(bytes)]) {
     found.push([file, await get(file.split("/").map(encodeURIComponent).join("/"))]);
   }
-  return show(found, (viewer, found) => viewer.loadStage(bytes, found));
+  return show(name, found, (viewer, found) => viewer.loadStage(bytes, found), { adorn });
 }
 
 async function openUrl(address) {
-  if (address.startsWith("demo:")) return show([], (viewer) => viewer.loadDemo(address.slice(5)));
+  if (address.startsWith("demo:")) return show(address, [], (viewer) => viewer.loadDemo(address.slice(5)));
   const get = async (url) => {
     const answer = await fetch(url);
     if (!answer.ok) throw new Error(`${url}: ${answer.status} ${answer.statusText}`);
@@ -106,55 +117,85 @@ async function openUrl(address) {
   return open(base.pathname, await get(base), (uri, from = "") => get(new URL(uri, new URL(from, base))));
 }
 
-async function openFiles(files) {
-  const main = files.find((file) => isStage(file.name)) ?? files.find((file) => /\.(glb|gltf|obj|stl|ply|3mf)$/i.test(file.name));
-  if (!main) throw new Error("Choose a model (.glb, .obj, .stl, .ply, .3mf), a .gltf together with its other files, or a .stage.toml together with its model.");
-  const read = async (file) => new Uint8Array(await file.arrayBuffer());
-  return open(main.name, await read(main), async (uri) => {
-    const name = decodeURIComponent(uri).split("/").pop();
-    const file = files.find((candidate) => candidate.name === name);
-    if (!file) throw new Error(`${main.name} refers to ${uri}: choose that file too.`);
-    return read(file);
-  });
+/** Lights what is shown with a picture, or puts an effect over it. */
+async function adornWith(viewer, { name }, content) {
+  if (/\.(hdr|exr)$/i.test(name)) return viewer.loadEnvironment(content);
+  const former = effects.get(name);
+  effects.set(name, { file: name, source: new TextDecoder().decode(content) });
+  try {
+    await viewer.setEffects([...effects.values()]);
+  } catch (error) {
+    // What does not compile leaves everything as it was.
+    former ? effects.set(name, former) : effects.delete(name);
+    throw error;
+  }
 }
 
-/** Loads with what was found of the files that are referred to; `isWhole` says whether its images come with it. */
-async function show(found, load, isWhole = true) {
-  latest++;
-  opened++;
-  await inTurn(() => {
-    isLoaded = false;
-    load(state.viewer, new Map(found));
-    isLoaded = true;
-    play.hidden = !state.viewer.moves();
-    if (time > 0) state.viewer.setTime(time);
-    state.isWhole = isWhole;
-    orbit = undefined;
-    say(state.viewer.warnings().slice(0, 5).join("\n"));
-  });
+async function openFiles(files) {
+  const main = files.find((file) => isStage(file.name)) ?? files.find((file) => /\.(glb|gltf|obj|stl|ply|3mf)$/i.test(file.name));
+  const beside = files.filter((file) => /\.(hdr|exr|wgsl|cube)$/i.test(file.name));
+  if (!main && !beside.length) {
+    throw new Error("Choose a model (.glb, .obj, .stl, .ply, .3mf), a .gltf together with its other files, a .stage.toml together with its model, an environment (.hdr, .exr), an effect (.wgsl) or a table of colours (.cube).");
+  }
+  const read = async (file) => new Uint8Array(await file.arrayBuffer());
+  const contents = await Promise.all(beside.map(async (file) => [file, await read(file)]));
+  /** What the model or stage names itself. */
+  const taken = new Set();
+  const adorn = async (viewer) => {
+    for (const [file, content] of contents) {
+      if (!taken.has(file)) await adornWith(viewer, file, content);
+    }
+  };
+  if (main) {
+    return open(main.name, await read(main), async (uri) => {
+      const name = decodeURIComponent(uri).split("/").pop();
+      const file = files.find((candidate) => candidate.name === name);
+      if (!file) throw new Error(`${main.name} refers to ${uri}: choose that file too.`);
+      taken.add(file);
+      return read(file);
+    }, adorn);
+  }
+  await inTurn(() => adorn(state.viewer));
+  say(beside.map((file) => file.name).join(", "));
   await draw();
 }
 
-/** Gives the model its textures as they come, those in its own file first, and draws after each; with a fixed size once, after all. */
+/** Loads with what was found of the files that are referred to; `isWhole` says whether its images come with it. */
+async function show(name, found, load, { isWhole = true, adorn } = {}) {
+  latest++;
+  opened++;
+  /** The model is shown all the same. */
+  let fault;
+  await inTurn(async () => {
+    const viewer = state.viewer;
+    isLoaded = isComing = false;
+    try {
+      await load(viewer, new Map(found));
+    } finally {
+      // A file that cannot be read leaves the model before.
+      isLoaded = viewer.modelRadius() !== undefined;
+    }
+    isComing = viewer.waitsForImages();
+    play.hidden = !viewer.moves();
+    if (time > 0) await viewer.setTime(time);
+    state.isWhole = isWhole;
+    orbit = undefined;
+    canvas.setAttribute("aria-label", `3D view of ${name.split("/").pop()}`);
+    await adorn?.(viewer)?.catch((error) => { fault = error; });
+    say(viewer.warnings().slice(0, 5).join("\n"));
+  });
+  await draw();
+  if (fault) throw fault;
+}
+
+/** Gives the model its textures and draws after each; edges are smoothed once all are there. With a fixed size it draws once, after all. */
 async function dress(late) {
   const mine = opened;
-  const step = (action) => inTurn(() => mine === opened && action(state.viewer));
-  const drawn = () => mine === opened && !bare && draw();
-  let came = late.length > 0;
-  while (await step((viewer) => viewer.nextImage())) {
-    came = true;
-    await drawn();
-  }
-  for (const [uri, file] of late) {
-    try {
-      const bytes = await file;
-      await step((viewer) => viewer.giveImage(decodeURIComponent(uri), bytes));
-      await drawn();
-    } catch (error) {
-      // The model stays without what cannot be had; the rest comes all the same.
-      console.warn(`${uri}: ${error.message ?? error}`);
-      await step((viewer) => viewer.missImage(decodeURIComponent(uri), String(error.message ?? error)));
-    }
+  let came = false;
+  try {
+    came = await giveTextures(late, mine);
+  } finally {
+    if (mine === opened) isComing = false;
   }
   if (mine !== opened) return;
   if (came) {
@@ -164,13 +205,69 @@ async function dress(late) {
   state.isWhole = mine === opened;
 }
 
-/** Leaves the file's camera as soon as the user turns or zooms. */
+/** Those in the model's own file first, then the others as they come; says whether there were any. */
+async function giveTextures(late, mine) {
+  const step = async (action) => {
+    for (;;) {
+      try {
+        return await inTurn(() => mine === opened && action(state.viewer));
+      } catch (error) {
+        if (error.name !== "ContextLost") throw error;
+        await new Promise((done) => state.viewer.addEventListener("restored", done, { once: true }));
+      }
+    }
+  };
+  /** A frame that fails says so, and the next texture comes all the same. */
+  const drawn = () => mine === opened && !bare && tried(draw());
+  let came = late.length > 0;
+  while (await step((viewer) => viewer.nextImage())) {
+    came = true;
+    await drawn();
+  }
+  for (const [uri, file] of late) {
+    try {
+      const bytes = await file;
+      await step((viewer) => viewer.giveImage(decodeURIComponent(uri), bytes));
+    } catch (error) {
+      // The model stays without what cannot be had; the rest comes all the same.
+      console.warn(`${uri}: ${error.message ?? error}`);
+      await step((viewer) => viewer.missImage(decodeURIComponent(uri), String(error.message ?? error)));
+      continue;
+    }
+    await drawn();
+  }
+  return came;
+}
+
+/** Leaves the file's camera as soon as the user turns, moves or zooms. */
 function turn(change) {
   if (!isLoaded) return;
-  orbit ??= state.viewer.startOrbit();
+  if (!orbit) {
+    orbit = state.viewer.startOrbit();
+    if (!orbit) return;
+    // Nearer there is nothing to see but the inside, and farther nothing at all; files' own cameras may stand there.
+    const model_m = state.viewer.modelRadius() || orbit.radius;
+    [nearest_m, farthest_m] = [Math.min(0.05 * model_m, orbit.radius), Math.max(50 * model_m, orbit.radius)];
+  }
   change(orbit);
   orbit.pitch = Math.max(-89, Math.min(89, orbit.pitch));
+  orbit.radius = Math.max(nearest_m, Math.min(farthest_m, orbit.radius));
   tried(draw());
+}
+
+/** Shows the model as it was at first. */
+function reset() {
+  orbit = undefined;
+  tried(draw());
+}
+
+/** The numbers of a key of the address, which `pattern` finds; undefined without the key. What is wrong is told by name. */
+function asked(key, pattern, expected) {
+  const text = query.get(key);
+  if (text === null) return undefined;
+  const found = pattern.exec(text);
+  if (!found) throw new Error(`?${key}=${text}: ${key} is ${expected}.`);
+  return found.slice(1).map(Number);
 }
 
 /** Lets time go by, or stand. */
@@ -186,23 +283,26 @@ function setSize() {
   [canvas.style.width, canvas.style.height] = [`${innerWidth}px`, `${innerHeight}px`];
 }
 
+/** Says what became of the graphics, and draws again. */
+function followLoss(viewer) {
+  viewer.onlost = () => say("The browser took the graphics away; waiting for it to give them back …");
+  viewer.onrestored = () => {
+    say("");
+    tried(draw());
+  };
+}
+
 try {
+  [time] = asked("time", /^(\d+(?:\.\d+)?)$/, "a number of seconds, such as 1.5") ?? [0];
   if (bare) {
-    [canvas.width, canvas.height] = query.get("size").split("x").map(Number);
+    [canvas.width, canvas.height] = asked("size", /^([1-9]\d{0,4})x([1-9]\d{0,4})$/, "WIDTHxHEIGHT in pixels, such as 640x360");
     document.body.classList.add("bare");
   } else setSize();
   say("Loading …");
   await init();
   state.viewer = await create(canvas, query.get("backend") ?? "auto");
-  canvas.addEventListener("pointerdown", (event) => canvas.setPointerCapture(event.pointerId));
-  canvas.addEventListener("pointermove", (event) => event.buttons && turn((orbit) => {
-    orbit.yaw -= event.movementX * 0.4;
-    orbit.pitch += event.movementY * 0.4;
-  }));
-  canvas.addEventListener("wheel", (event) => {
-    event.preventDefault();
-    turn((orbit) => { orbit.radius *= Math.exp(event.deltaY * 0.001); });
-  }, { passive: false });
+  followLoss(state.viewer);
+  follow(canvas, turn, reset);
   play.addEventListener("click", () => tried(playOrPause()));
   document.getElementById("files").addEventListener("change", (event) => tried(openFiles([...event.target.files])));
   const dropping = (is) => document.body.classList.toggle("dropping", is);
@@ -215,7 +315,7 @@ try {
   });
   if (!bare) addEventListener("resize", () => { tried(inTurn(setSize)); tried(draw()); });
   await openUrl(query.get("model") ?? "demo:hall");
-  if (!query.has("model")) say("The built-in hall. Drop a .glb here, or a .gltf or .stage.toml together with its files. Drag to turn, scroll to zoom.");
+  if (!query.has("model")) say("The built-in hall. Drop a .glb here, or a .gltf or .stage.toml together with its files. Drag to turn, scroll or pinch to zoom, drag with the right button or two fingers to move; a double click shows the whole again.");
   state.ready = true;
 } catch (error) {
   document.body.classList.remove("bare");

@@ -55,6 +55,16 @@ impl Canvas {
         Ok((Self { element, surface, surface_size: None, adapter, blit }, gpu))
     }
 
+    /// The canvas's element.
+    pub fn element(&self) -> &web_sys::HtmlCanvasElement {
+        &self.element
+    }
+
+    /// Whether it is WebGL that draws.
+    pub fn is_webgl(&self) -> bool {
+        self.adapter.get_info().backend == wgpu::Backend::Gl
+    }
+
     /// Width and height in pixels, at least 1.
     pub fn size(&self) -> (u32, u32) {
         (self.element.width().max(1), self.element.height().max(1))
@@ -69,7 +79,7 @@ impl Canvas {
     /// The adapter in use, and the size of the picture, with what is to be said of quality.
     pub fn info(&self, quality: JsValue) -> ViewerInfo {
         let adapter = self.adapter.get_info();
-        let backend = if adapter.backend == wgpu::Backend::Gl { "webgl" } else { "webgpu" };
+        let backend = if self.is_webgl() { "webgl" } else { "webgpu" };
         let (width, height) = self.size();
         let entries: [(&str, JsValue); 6] = [
             ("backend", backend.into()),

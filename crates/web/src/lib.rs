@@ -9,6 +9,8 @@ mod camera;
 #[cfg(target_arch = "wasm32")]
 mod canvas;
 #[cfg(target_arch = "wasm32")]
+mod loss;
+#[cfg(target_arch = "wasm32")]
 mod options;
 #[cfg(target_arch = "wasm32")]
 mod overlay;
@@ -17,5 +19,7 @@ mod types;
 #[cfg(target_arch = "wasm32")]
 mod viewer;
 
+#[cfg(target_arch = "wasm32")]
+pub use loss::Loss;
 #[cfg(target_arch = "wasm32")]
 pub use viewer::{Viewer, create, stage_model};

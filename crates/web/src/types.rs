@@ -90,6 +90,13 @@ export interface OverlayItem {
   height_px?: number;
   rotation_deg?: number;
 }
+/**
+ * What calls reject with when the WebGL context or the WebGPU device was lost, those that were under way at once and later ones
+ * until the viewer is restored. The viewer restores itself: model, options and effects are as before, simulations begin anew.
+ */
+export interface ContextLostError extends Error { name: "ContextLost"; }
+/** What calls of a viewer reject with that was disposed of. */
+export interface DisposedError extends Error { name: "Disposed"; }
 /** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */
 export interface ExposureInfo { mode: "auto" | "stops"; stops: number; logAverageLuminance: number | null; }
 /** The name of a variable: what the frame knows of every pixel besides its colour. docs/aovs.md says what each holds. */

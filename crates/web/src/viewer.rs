@@ -1,35 +1,38 @@
 //! The exported API.
 
 mod frame_times;
+mod frames;
 mod images;
 mod info;
+mod life;
 mod variables;
 
 use crate::camera;
 use crate::canvas::Canvas;
+use crate::loss::Loss;
 use crate::options::{self, Options};
 use crate::overlay;
 use crate::types::{
-    BackendName, EffectFiles, OrbitObject, OverlayItems, RenderOptions, Resources, decode_uri, object, read_orbit,
-    read_resources,
+    EffectFiles, OrbitObject, OverlayItems, RenderOptions, Resources, decode_uri, object, read_resources,
 };
 use frame_times::FrameTimes;
+use life::Backend;
+pub use life::create;
 use manypass::{
-    Aov, Averaging, Effect, EffectFile, FrameRequest, Metering, Pose, QualityBudget, Renderer, View, WgslEffect,
-    scene::{Aabb, Framing, LateImages, Overlay, Scene, Stage, demo, formats, stage, water::Water},
+    Aov, EffectFile, FrameRequest, Metering, QualityBudget, Renderer, View, WgslEffect,
+    scene::{Framing, LateImages, Overlay, Scene, Stage, demo, formats, stage, water::Water},
 };
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
-use web_time::Instant;
-
-/// So many frames are averaged while nothing moves, as on the command line.
-const REFINED_SAMPLES: u32 = 16;
 
 /// A canvas with a renderer behind it.
 #[wasm_bindgen]
 pub struct Viewer {
     canvas: Canvas,
     renderer: Renderer,
+    /// What the canvas is bound to again when its device was lost.
+    wanted: Backend,
+    loss: Loss,
     scene: Option<Scene>,
     /// Images that come after the model.
     late: LateImages,
@@ -56,42 +59,6 @@ pub struct Viewer {
     keeps_radiance: bool,
     /// What the stage that is shown draws over the picture.
     of_stage: Arc<Overlay>,
-}
-
-/// Binds `canvas`. A canvas keeps the first kind of context it was given, so `auto` decides before it touches one.
-///
-/// # Errors
-/// When the browser has no adapter for `backend`; the message says what to turn on.
-#[wasm_bindgen]
-pub async fn create(canvas: web_sys::HtmlCanvasElement, backend: Option<BackendName>) -> Result<Viewer, JsError> {
-    console_error_panic_hook::set_once();
-    let name = backend.and_then(|name| JsValue::from(name).as_string()).unwrap_or_else(|| "auto".to_owned());
-    let backends = match name.as_str() {
-        "webgpu" => wgpu::Backends::BROWSER_WEBGPU,
-        "webgl" => wgpu::Backends::GL,
-        "auto" if wgpu::util::is_browser_webgpu_supported().await => wgpu::Backends::BROWSER_WEBGPU,
-        "auto" => wgpu::Backends::GL,
-        _ => return Err(JsError::new(&format!("backend is `{name}`: expected `auto`, `webgpu` or `webgl`"))),
-    };
-    let (canvas, gpu) = Canvas::bind(canvas, backends, &name).await?;
-    Ok(Viewer {
-        canvas,
-        renderer: Renderer::new(gpu)?,
-        scene: None,
-        late: LateImages::default(),
-        framing: Framing::of_bounds(&Aabb::EMPTY),
-        warnings: Vec::new(),
-        options: Options::default(),
-        budget: None,
-        effects: Vec::new(),
-        last: None,
-        camera_before: None,
-        drawn: Vec::new(),
-        metering: None,
-        frame_times: FrameTimes::default(),
-        keeps_radiance: false,
-        of_stage: Arc::default(),
-    })
 }
 
 /// The model that a stage names: a path from the stage's own place, or `demo:NAME`.
@@ -180,12 +147,6 @@ impl Viewer {
             Ok(effect.clone())
         };
         options.effects().iter().map(compile).collect()
-    }
-
-    /// Shows the picture of the renderer.
-    fn show(&mut self) -> Result<(), JsError> {
-        let picture = self.renderer.display_view().ok_or_else(|| JsError::new("nothing was rendered yet"))?;
-        self.canvas.show(self.renderer.gpu(), &picture)
     }
 
     /// Forgets the last frame, because another scene comes in its place.
@@ -325,82 +286,6 @@ impl Viewer {
         Ok(())
     }
 
-    /// Draws one frame at the canvas's size: seen from `orbit`, or else from the model's first camera, or else so that
-    /// the whole model is seen. Wait for the promise before you call another method.
-    ///
-    /// # Errors
-    /// When no model is loaded, or the device fails.
-    pub async fn render(&mut self, orbit: Option<OrbitObject>) -> Result<(), JsError> {
-        let started = Instant::now();
-        let (width, height) = self.canvas.size();
-        let aspect = self.canvas.aspect();
-        let scene = self.scene.as_ref().ok_or_else(|| JsError::new("no model is loaded"))?;
-        let orbit = orbit.map(|object| read_orbit(&object.into(), camera::start(scene, &self.framing, aspect)));
-        let (world_from_view, projection) = camera::resolve(orbit, scene, &self.framing, aspect);
-        let ground_height_m = self.framing.lowest_m();
-        let camera = View { world_from_view, projection };
-        let overlay = scene.overlay.clone();
-        let request = FrameRequest { ground_height_m, overlay, ..FrameRequest::new(width, height, camera) };
-        let mut request = self.options.applied(request, self.budget.as_ref().map(QualityBudget::settings), scene);
-        request.sample_count = REFINED_SAMPLES;
-        request.effects = self.effects.iter().map(|effect| effect.clone() as Arc<dyn Effect>).collect();
-        request.averaging = if self.keeps_radiance { Averaging::Both } else { Averaging::Display };
-        self.camera_before = self.last.take().map(|last| last.camera);
-        self.drawn.clear();
-        // Nothing but the view moves in the page.
-        let reads_motion = self.options.effects().iter().any(EffectFile::reads_motion);
-        let moved_from = self.camera_before.filter(|before| reads_motion && *before != camera);
-        request.previous = moved_from.map(|before| Arc::new(Pose::capture(scene, before)));
-        let exposure = self.options.exposure(scene);
-        if self.metering.is_none() && request.needs_metering(exposure) {
-            let (world_from_view, projection) = camera::resolve(None, scene, &self.framing, aspect);
-            let first = FrameRequest { camera: View { world_from_view, projection }, ..request.clone() };
-            self.metering = Some(self.renderer.meter_async(scene, &first).await?);
-        }
-        request.expose(exposure, self.metering);
-        request.adaptation = self.frame_times.begin();
-        self.renderer.render_async(scene, &request).await?;
-        self.last = Some(request);
-        self.show()?;
-        self.take_time(started).await
-    }
-
-    /// Adds one more frame, moved by a part of a pixel, to the last one, and shows the mean: so edges become smooth
-    /// while nothing moves. False when nothing is left to add. Wait for the promise as with `render`.
-    ///
-    /// # Errors
-    /// When the device fails.
-    pub async fn refine(&mut self) -> Result<bool, JsError> {
-        let (Some(scene), Some(request)) = (&self.scene, &mut self.last) else { return Ok(false) };
-        let is_adapting = self.frame_times.is_adapting(request);
-        if request.sample_index + 1 >= request.sample_count && is_adapting {
-            // More samples are no worse, and exposure goes on with each.
-            request.sample_count += 1;
-        }
-        let is_complete = request.sample_index + 1 >= request.sample_count && !self.renderer.is_finding_light(request);
-        if is_complete || self.canvas.size() != (request.width, request.height) {
-            return Ok(false);
-        }
-        // What moved stands now, and a mean with what is smeared would stay smeared: it begins anew.
-        let has_moved = request.previous.take().is_some();
-        // As it does until light is found.
-        let is_finding = self.renderer.is_finding_light(request);
-        request.sample_index = if has_moved || is_finding { 0 } else { request.sample_index + 1 };
-        request.adaptation = self.frame_times.go_on();
-        self.renderer.render_async(scene, request).await?;
-        let exposure = self.options.exposure(scene);
-        if is_finding && !self.renderer.is_finding_light(request) && request.needs_metering(exposure) {
-            // Before light was found the picture was darker.
-            let (world_from_view, projection) = camera::resolve(None, scene, &self.framing, self.canvas.aspect());
-            let first = FrameRequest { camera: View { world_from_view, projection }, ..request.clone() };
-            self.metering = Some(self.renderer.meter_async(scene, &first).await?);
-            request.expose(exposure, self.metering);
-        }
-        let is_more_left = request.sample_index + 1 < request.sample_count || is_adapting || is_finding;
-        self.show()?;
-        Ok(is_more_left)
-    }
-
     /// Changes how frames are drawn from now on.
     ///
     /// # Errors
@@ -463,24 +348,6 @@ impl Viewer {
         Ok(())
     }
 
-    /// The radiance of the last frame: linear RGBA, four floats a pixel, rows from the top. The first call draws the
-    /// frame again, and from then on frames keep their radiance. Wait for the promise as with `render`.
-    ///
-    /// # Errors
-    /// When nothing was rendered, or the device was lost.
-    pub async fn radiance(&mut self) -> Result<Vec<f32>, JsError> {
-        self.keeps_radiance = true;
-        let (Some(scene), Some(last)) = (&self.scene, &mut self.last) else {
-            return Err(JsError::new("nothing was rendered yet"));
-        };
-        if last.averaging == Averaging::Display {
-            (last.averaging, last.sample_index) = (Averaging::Both, 0);
-            self.drawn.clear();
-            self.renderer.render_async(scene, last).await?;
-        }
-        Ok(self.renderer.read_radiance_async().await?)
-    }
-
     /// The orbit from which a user sets out: where the model's first camera stands, or else around the whole model.
     #[wasm_bindgen(js_name = startOrbit)]
     pub fn start_orbit(&self) -> Option<OrbitObject> {
@@ -498,18 +365,5 @@ impl Viewer {
     /// What was left out of, or replaced in, the model; one line each.
     pub fn warnings(&self) -> Vec<String> {
         self.warnings.clone()
-    }
-
-    /// The last frame as RGBA, 8 bits each, rows from the top.
-    ///
-    /// # Errors
-    /// When nothing was rendered, or the device was lost.
-    pub async fn pixels(&self) -> Result<Vec<u8>, JsError> {
-        Ok(self.renderer.read_display_async().await?)
-    }
-
-    /// Frees the GPU's memory and lets go of the canvas. The viewer cannot be used afterwards.
-    pub fn dispose(self) {
-        self.renderer.gpu().device.destroy();
     }
 }

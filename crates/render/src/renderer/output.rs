@@ -283,8 +283,8 @@ impl Output {
         means_of: MeansOf,
         settles: bool,
     ) -> &'a Self {
-        if slot.as_ref().is_some_and(|output| output.size != size) {
-            *slot = None;
+        if let Some(former) = slot.take_if(|output| output.size != size) {
+            former.destroy();
         }
         let output = slot.get_or_insert_with(|| Self::new(gpu, size, size));
         output.with_means(gpu, means_of, size);
@@ -292,6 +292,15 @@ impl Output {
             output.with_settling(gpu, size);
         }
         output
+    }
+
+    /// Frees the textures at once. Browsers free what is only dropped when they collect garbage, so that a window that is
+    /// resized would pile up the textures of every size it had.
+    fn destroy(self) {
+        let sums = [self.sums, self.radiance_sums, self.glow_sums, self.tint_sums].into_iter().flatten();
+        for kept in sums.chain(self.settling.into_iter().flatten()).chain([self.display]) {
+            kept.texture.destroy();
+        }
     }
 
     /// What is kept of settled tiles, in a graph.

@@ -343,6 +343,7 @@ impl Renderer {
         }
         stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
         self.gpu.queue.submit([first.finish(), encoder.finish()]);
+        self.executor.destroy_given_back(&run);
         stats.bind_groups_made = self.bind_groups.made();
         stats.bundles_executed = self.bundles.executed();
         stats.binding_changes = self.bundles.changes();

@@ -41,6 +41,12 @@ impl Viewer {
         self.late.missing().map(str::to_owned).collect()
     }
 
+    /// Whether images of the model are still to come: with `nextImage`, `giveImage` or `missImage`.
+    #[wasm_bindgen(js_name = waitsForImages)]
+    pub fn waits_for_images(&self) -> bool {
+        !self.late.is_complete()
+    }
+
     /// Takes an image file that the model waits for. The next `render` shows it.
     ///
     /// # Errors

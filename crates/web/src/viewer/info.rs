@@ -21,6 +21,12 @@ impl Viewer {
         Some(object(&entries).unchecked_into())
     }
 
+    /// The radius of a ball around the model in metres; undefined while there is none.
+    #[wasm_bindgen(js_name = modelRadius)]
+    pub fn model_radius(&self) -> Option<f32> {
+        self.scene.as_ref().map(|_| self.framing.radius_m())
+    }
+
     /// The adapter in use, the size of the picture, and what a budget of time chose.
     pub fn info(&self) -> ViewerInfo {
         self.canvas.info(self.quality())

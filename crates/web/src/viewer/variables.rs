@@ -11,18 +11,35 @@ use wasm_bindgen::prelude::*;
 impl Viewer {
     /// A variable of the last frame, on either path: depth, normals, ids and more. `motion` is that since the frame
     /// that `render` drew before. The picture and what effects keep stay as they are, but for `radiance`, which is what
-    /// `radiance()` gives. Wait for the promise as with `render`.
+    /// `radiance()` gives.
     ///
     /// # Errors
     /// When nothing was rendered, there is no such variable, or the device failed.
     pub async fn variable(&mut self, name: VariableName) -> Result<Variable, JsError> {
+        let loss = self.loss.clone();
+        loss.or(self.read_variable(name)).await
+    }
+
+    /// What the last frame shows at a pixel, counted from the top left corner of the canvas's picture (not in CSS
+    /// pixels); nothing where there is no surface, and outside.
+    ///
+    /// # Errors
+    /// When nothing was rendered, or the device failed.
+    pub async fn pick(&mut self, x: f64, y: f64) -> Result<Option<Picked>, JsError> {
+        let loss = self.loss.clone();
+        loss.or(self.read_pixel(x, y)).await
+    }
+}
+
+impl Viewer {
+    async fn read_variable(&mut self, name: VariableName) -> Result<Variable, JsError> {
         let name = JsValue::from(name).as_string().unwrap_or_default();
         let aov = Aov::ALL.iter().copied().find(|aov| aov.name() == name).ok_or_else(|| {
             let known: Vec<&str> = Aov::ALL.iter().map(|aov| aov.name()).collect();
             JsError::new(&format!("there is no variable `{name}`; there is: {}", known.join(", ")))
         })?;
         let pixels = if aov == Aov::Radiance {
-            AovPixels::Float { components: 4, data: self.radiance().await? }
+            AovPixels::Float { components: 4, data: self.read_radiance().await? }
         } else {
             self.draw_variables(&[aov]).await?;
             self.renderer.read_aov_async(aov).await?
@@ -42,12 +59,7 @@ impl Viewer {
         Ok(object(&entries).unchecked_into())
     }
 
-    /// What the last frame shows at a pixel, counted from the top left corner of the canvas's picture (not in CSS
-    /// pixels); nothing where there is no surface, and outside. Wait for the promise as with `render`.
-    ///
-    /// # Errors
-    /// When nothing was rendered, or the device failed.
-    pub async fn pick(&mut self, x: f64, y: f64) -> Result<Option<Picked>, JsError> {
+    async fn read_pixel(&mut self, x: f64, y: f64) -> Result<Option<Picked>, JsError> {
         self.draw_variables(&[Aov::ObjectId, Aov::MaterialId, Aov::Position]).await?;
         let (Some(scene), Some(last)) = (&self.scene, &self.last) else { return Ok(None) };
         let is_inside = (0.0..f64::from(last.width)).contains(&x) && (0.0..f64::from(last.height)).contains(&y);
@@ -78,9 +90,7 @@ impl Viewer {
         ];
         Ok(Some(object(&entries).unchecked_into()))
     }
-}
 
-impl Viewer {
     /// Draws `wanted` of the last frame, beside what was drawn of it before; nothing if all of it is there.
     async fn draw_variables(&mut self, wanted: &[Aov]) -> Result<(), JsError> {
         let (Some(scene), Some(last)) = (&self.scene, &self.last) else {
