@@ -14,11 +14,12 @@ pub use settings::ReflectionSettings;
 use crate::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 use crate::gbuffer::{Gbuffer, LINEAR_DEPTH, RADIANCE};
 use crate::occlusion::Occlusion;
-use crate::record::{ADD, Fullscreen, PicturePart, Recorder, UNFILTERED_SAMPLES};
+use crate::passes::linear_depth;
+use crate::record::{ADD, Fullscreen, PicturePart, Recorder, Which};
 use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
 use glam::Vec2;
-use manypass_graph::{ColorLoad, Handle, History, TextureDesc};
+use manypass_graph::{ColorLoad, DepthLoad, Handle, History, TextureDesc};
 use manypass_scene::Aabb;
 use std::iter::successors;
 
@@ -28,6 +29,9 @@ const NOTHING: ColorLoad = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
 /// The thickness, where the settings leave it open, as a share of the diagonal of all that is drawn.
 const THICKNESS_SHARE: f32 = 0.004;
 
+/// The same of the most that a body is taken to be thick, whose back is drawn: what is farther behind is another's.
+const THICKNESS_MAX_SHARE: f32 = 0.2;
+
 /// The share of the distance over which reflections fade out.
 const FADE_SHARE: f32 = 0.25;
 
@@ -36,6 +40,9 @@ const UNFILTERED_RAYS: u32 = 64;
 
 /// The rays of a square whose mean the filter takes.
 const FILTERED_RAYS: u32 = 16;
+
+/// From so many samples on that draw all of a still, each follows rays of its own.
+const MEAN_SAMPLES: u32 = 2;
 
 /// Levels of the picture's light, the first of half its size.
 const COARSE_LEVELS: u32 = 5;
@@ -53,7 +60,8 @@ struct ReflectionsUniform {
     radiance_max: f32,
     /// 1 / the number of rays of which a pixel shows the mean.
     share_of_ray: f32,
-    padding_0: f32,
+    /// The most that a body may be thick whose back is drawn.
+    thickness_max_m: f32,
     padding_1: f32,
 }
 
@@ -75,6 +83,7 @@ impl ReflectionsUniform {
         let distance_m = of(settings.distance_m, diagonal_m);
         let fade_per_m = if settings.distance_m > 0.0 { 1.0 / (FADE_SHARE * distance_m) } else { 0.0 };
         let thickness_m = of(settings.thickness_m, THICKNESS_SHARE * diagonal_m);
+        let thickness_max_m = THICKNESS_MAX_SHARE * diagonal_m;
         // The noise of a mean falls by the square root of the number of samples: by so much more may a ray bring, so that
         // the more the picture averages the less is cut, and in the end nothing is.
         let noise_gain = (samples.max(1) as f32).sqrt();
@@ -89,7 +98,7 @@ impl ReflectionsUniform {
             roughness_max,
             radiance_max,
             share_of_ray,
-            padding_0: 0.0,
+            thickness_max_m,
             padding_1: 0.0,
         }
     }
@@ -137,7 +146,7 @@ impl<'s> Kept<'s> {
     pub fn new(r: &mut Recorder<'_, '_>, settings: &'s ReflectionSettings) -> Self {
         let kept = match r.view.whole_samples.filter(|_| is_needed(r, settings)) {
             None => Keeping::Nothing,
-            Some(whole) if whole < UNFILTERED_SAMPLES => {
+            Some(whole) if whole < MEAN_SAMPLES => {
                 let look = Look::new(r, settings);
                 if look.is_there { Keeping::Found(look.found()) } else { Keeping::Look(Box::new(look)) }
             }
@@ -302,6 +311,7 @@ impl<'s> Tracing<'s> {
         let Self { settings, desc, side_px, is_filtered, .. } = *self;
         let pyramid = record_pyramid(r, &seen.gbuffer.linear_depth)?;
         let coarse_radiance = record_coarse_radiance(r, met)?;
+        let backs = if settings.thickness_m > 0.0 { None } else { Some(record_backs(r)?) };
         let is_of_pixels = side_px == 1 && seen.depth.desc().samples == 1;
         let of_lit = |step: Fullscreen<'_, '_>, target| {
             let step = step.constant("side", side_px).uniform("reflections", &self.uniform);
@@ -314,6 +324,10 @@ impl<'s> Tracing<'s> {
         let step = step.constants(&[("patterned", u32::from(is_filtered)), ("steps", settings.steps)]);
         let step = step.read("nearest_distances", &pyramid).read("scene_radiance", met);
         let step = step.read("coarse_radiance", &coarse_radiance);
+        let step = match &backs {
+            Some(backs) => step.constant("has_backs", 1).read("back_distances", backs),
+            None => step.stand_in("back_distances"),
+        };
         let step = match seen.mirrored {
             Some(mirrored) => step.constant("has_mirrors", 1).read("mirrored", mirrored),
             None => step.stand_in("mirrored"),
@@ -324,6 +338,19 @@ impl<'s> Tracing<'s> {
         let step = step.constant("of_several", u32::from(self.samples > 1));
         of_lit(step.read("noisy_reflections", &found), target)
     }
+}
+
+/// How far away the backs of bodies are, so that it is known where what is seen of them ends.
+fn record_backs(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
+    let depth = r.texture_of(
+        "reflections.backs",
+        TextureDesc { format: r.frame.gpu.capabilities.depth_format, ..r.view.desc(LINEAR_DEPTH) },
+    );
+    let mut pass = r.surfaces("reflections.backs", "geometry");
+    let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
+    pass.backs();
+    pass.draw_opaque(Which::Hiding)?;
+    linear_depth::record(r, "reflections.back_distances", &depth)
 }
 
 /// The least distances of pixels, and of squares of 2 × 2, 4 × 4, … of them.
@@ -381,7 +408,7 @@ mod tests {
             "reflections_trace",
             "Reflections",
             ReflectionsUniform,
-            [distance_m, fade_per_m, thickness_m, roughness_max, radiance_max, share_of_ray, padding_0, padding_1]
+            [distance_m, fade_per_m, thickness_m, roughness_max, radiance_max, share_of_ray, thickness_max_m, padding_1]
         );
         assert_same_layout!("reflections_halve", "CoarseLevel", CoarseLevelUniform, [inverse_size, inverse_finer_size]);
     }

@@ -10,7 +10,8 @@ struct Reflections {
     radiance_max: f32,
     // 1 / the number of rays of which a pixel shows the mean.
     share_of_ray: f32,
-    padding_0: f32,
+    // The most that a body may be thick whose back is drawn.
+    thickness_max_m: f32,
     padding_1: f32,
 }
 

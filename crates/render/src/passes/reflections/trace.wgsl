@@ -40,6 +40,11 @@ import package::shaders::visible_normals::{reflected_likelihood, visible_normal}
 override has_mirrors: u32 = 0u;
 override steps: u32 = 96u;
 
+// How far away backs of bodies are, looked at with `has_backs` alone.
+@group(1) @binding(9) var back_distances: texture_2d<f32>;
+
+override has_backs: u32 = 0u;
+
 // Rays towards the eye end at this share of the distance at which they begin.
 const NEAREST_SHARE: f32 = 0.05;
 // So far rays go on past the edge of a square, in pixels.
@@ -65,6 +70,8 @@ struct Hit {
     normal: vec3f,
     // How far behind it the ray enters the pixel, as a share of the thickness.
     behind: f32,
+    // Whether the ray is within a body there, whose side that it meets is not seen: the one that is stands for it.
+    is_within: bool,
 }
 
 // Two numbers from 0 up to 1.
@@ -120,7 +127,7 @@ fn follow(center: Center, direction: vec3f, facet_normal: vec3f) -> Hit {
     let width_of_pixel = 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
     let past_edge = PAST_EDGE_PX / max(length(way.xy), 1e-3);
 
-    var hit = Hit(false, vec2f(0.0), vec3f(0.0), vec3f(0.0), 0.0);
+    var hit = Hit(false, vec2f(0.0), vec3f(0.0), vec3f(0.0), 0.0, false);
     var level = 0u;
     let own_exit = 0.5 * abs(per_px);
     var along = min(own_exit.x, own_exit.y) + past_edge;
@@ -159,8 +166,18 @@ fn follow(center: Center, direction: vec3f, facet_normal: vec3f) -> Hit {
             let pixel_m = mix(nearest_m, 1.0, view.orthographic) * width_of_pixel;
             let below_m = dot(position - entry, normal) - pixel_m - within_m * facing;
             let behind = below_m / (reflections.thickness_m * max(facing, FACING_FADE));
-            if rises && facing > 0.0 && behind < 1.0 {
-                hit = Hit(true, middle_px, position, normal, max(behind, 0.0));
+            let is_met = facing > 0.0 && behind < 1.0;
+            // Of a body whose back is known all between what is seen of it and that.
+            var is_body = false;
+            var is_hit = is_met;
+            if has_backs != 0u {
+                let back_m = textureLoad(back_distances, vec2i(middle_px), 0).r;
+                let entering_m = distance_from_nearness(max(entering, leaving));
+                is_body = back_m > nearest_m && back_m < nearest_m + reflections.thickness_max_m;
+                is_hit = select(is_met, entering_m < back_m, is_body);
+            }
+            if rises && is_hit {
+                hit = Hit(true, middle_px, position, normal, select(max(behind, 0.0), 0.0, is_body), !is_met);
                 break;
             }
             along = exit;
@@ -205,10 +222,12 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     if !hit.is_hit || dot(direction, facet_normal) <= 0.0 {
         return vec4f(0.0);
     }
-    let facing = -dot(direction, hit.normal);
-    let length_m = max(dot(hit.position - center.position, hit.normal) / min(-facing, -1e-3), 0.0);
+    let facing = select(-dot(direction, hit.normal), 1.0, hit.is_within);
+    let to_plane_m = max(dot(hit.position - center.position, hit.normal) / min(-facing, -1e-3), 0.0);
+    let length_m = select(to_plane_m, length(hit.position - center.position), hit.is_within);
     let met_px = pixel_from_position_view(center.position + direction * length_m);
-    let uv = (hit.middle_px + refinement(hit, met_px - hit.middle_px)) * view.inverse_size_px;
+    let refined = select(refinement(hit, met_px - hit.middle_px), vec2f(0.0), hit.is_within);
+    let uv = (hit.middle_px + refined) * view.inverse_size_px;
     // How wide in the picture is half of what the ray stands for: its neighbours bring the same.
     let solid_angle = reflections.share_of_ray / ray.likelihood;
     let pixel_m = mix(-hit.position.z, 1.0, view.orthographic) * 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;

@@ -68,6 +68,7 @@ pub struct SurfacePass<'r, 'f> {
     depth: Option<(TextureDesc, bool)>,
     constants: Vec<(&'static str, u32)>,
     vertices_alone: bool,
+    backs: bool,
     decals: DecalUse,
 }
 
@@ -92,6 +93,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             depth: None,
             constants: Vec::new(),
             vertices_alone: false,
+            backs: false,
             decals: DecalUse::default(),
         }
     }
@@ -153,6 +155,11 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     /// Draws each vertex once, as a point where the shader puts it, in place of what vertices form.
     pub fn vertices(&mut self) {
         self.vertices_alone = true;
+    }
+
+    /// Draws the sides that are turned away, in place of those that are seen: of a closed body its back.
+    pub fn backs(&mut self) {
+        self.backs = true;
     }
 
     /// Declares the pass: it draws those of the view's opaque and masked surfaces that have at least `count` lights in
@@ -226,14 +233,14 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
 
     fn draw(self, draws: Cow<'f, [Draw]>, which: Which) -> Result<(), ProgramError> {
         let Self { name, pass, frame, view, program, resources: mut of_pass, reads, axes, .. } = self;
-        let Self { colors, blend, depth, constants, vertices_alone, decals, .. } = self;
+        let Self { colors, blend, depth, constants, vertices_alone, backs, decals, .. } = self;
         let constants = constants.into_iter().chain(view.constants_of(program)).collect();
         let Some((TextureDesc { format: depth, samples, .. }, depth_write)) = depth else {
             let message = "it was given no depth".into();
             return Err(ProgramError::Invalid { pass: program.into(), message });
         };
         let marked = decals == DecalUse::Marked;
-        let targets = Targets { colors, blend, depth, samples, depth_write, constants, vertices_alone, marked };
+        let targets = Targets { colors, blend, depth, samples, depth_write, constants, vertices_alone, marked, backs };
         let prepare = move |of_pass: &[(&'static str, Resource)], targets: &Targets| {
             let preparing =
                 Preparing { frame, view, program, targets, of_pass, pass_axes: &axes, casts: false, decals };

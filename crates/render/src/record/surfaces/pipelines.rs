@@ -30,6 +30,8 @@ pub(crate) struct Targets {
     pub vertices_alone: bool,
     /// Whether pixels alone are drawn that are marked for decals.
     pub marked: bool,
+    /// Whether the sides are drawn that are turned away, in place of those that are seen.
+    pub backs: bool,
 }
 
 /// The constant of `mask.wgsl` by which alpha says how many samples of a pixel a mask covers.
@@ -161,6 +163,8 @@ fn create(
             },
             front_face: if key.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
             cull_mode: match key.faces {
+                Faces::Both | Faces::Front if key.targets.backs => Some(wgpu::Face::Front),
+                Faces::Back if key.targets.backs => Some(wgpu::Face::Back),
                 Faces::Both => None,
                 Faces::Front => Some(wgpu::Face::Back),
                 Faces::Back => Some(wgpu::Face::Front),

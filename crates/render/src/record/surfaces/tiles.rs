@@ -45,6 +45,7 @@ impl<'r, 'f> TilePass<'r, 'f> {
             constants: view.constants_of(program),
             vertices_alone: false,
             marked: false,
+            backs: false,
         };
         let clear = if is_first { None } else { Some(frame.shaders.depth_clear(format)?) };
         let preparing = Preparing {
