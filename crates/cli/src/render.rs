@@ -225,6 +225,9 @@ impl Batch<'_> {
                         self.meter(&input.name(), loaded, look_index, &mut phases)?;
                         is_metered = true;
                     }
+                    // The camera may be another than is typed, where that hardly shows the model.
+                    let look = loaded.looks.get(look_index).cloned().unwrap_or_else(|| look.clone());
+                    let subject = Subject { look: &look, ..subject };
                     phases.start = std::mem::take(&mut self.start_ms);
                     self.render_picture(item, loaded, subject, &output, std::mem::take(&mut phases))?;
                 }

@@ -7,7 +7,7 @@ mod common;
 
 use common::{plain_request, renderer};
 use glam::{Mat4, Vec2, Vec3, Vec4};
-use manypass::{Environment, Exposure, FrameRequest, Path, Renderer};
+use manypass::{Environment, Exposure, FrameRequest, Ground, Path, Renderer};
 use manypass_scene::capture::Update;
 use manypass_scene::framing::look_along;
 use manypass_scene::primitives::{cube, uv_sphere};
@@ -165,7 +165,11 @@ fn what_is_captured_of_the_environment_alone_is_the_environment() {
                 Vec3::new(0.2 + wave, 0.6 + 0.4 * to.y, 1.1 - wave)
             };
             scene.environment = Some(EnvironmentMap::from_fn("waves", 512, 256, picture).into());
-            let request = request.with(|settings| settings.environment.source = Environment::File);
+            let request = request.with(|settings| {
+                settings.environment.source = Environment::File;
+                // Its shadow is seen from the ball, too.
+                settings.ground.mode = Ground::None;
+            });
             let shown = radiance(&mut renderer, &scene, &request);
             assert_eq!(renderer.stats().captures, 12);
             scene.surroundings.clear();

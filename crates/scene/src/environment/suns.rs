@@ -138,13 +138,23 @@ fn luminance(radiance: Vec3) -> f32 {
     radiance.dot(Vec3::new(0.2126, 0.7152, 0.0722))
 }
 
+/// The middle of the source of which a cell is the brightest: of what is half as bright, and as near as its surroundings.
+fn middle_of(cells: &[Cell], brightest: &Cell) -> Vec3 {
+    let least = 0.5 * luminance(brightest.radiance);
+    let is_of_it = |cell: &&Cell| {
+        cell.direction.dot(brightest.direction) > SURROUNDINGS_COS && luminance(cell.radiance) >= least
+    };
+    let sum: Vec3 = cells.iter().filter(is_of_it).map(|cell| cell.direction * cell.solid_angle).sum();
+    sum.normalize_or(brightest.direction)
+}
+
 /// Takes the strongest small sources out of `cells`.
 fn take_suns(cells: &mut [Cell]) -> Suns {
     let all: f32 = cells.iter().map(|cell| luminance(cell.radiance) * cell.solid_angle).sum();
     let mut suns = [Sun::default(); SUNS_MAX];
     for found in &mut suns {
         let brightest = cells.iter().max_by(|a, b| luminance(a.radiance).total_cmp(&luminance(b.radiance)));
-        let Some(middle) = brightest.map(|cell| cell.direction) else { break };
+        let Some(middle) = brightest.map(|cell| middle_of(cells, cell)) else { break };
         let around = cells.iter().filter(|cell| (SURROUNDINGS_COS..SUN_COS).contains(&cell.direction.dot(middle)));
         let (sum, weight) = around.fold((Vec3::ZERO, 0.0), |(sum, weight), cell| {
             (sum + cell.radiance * cell.solid_angle, weight + cell.solid_angle)

@@ -32,6 +32,9 @@ const WITH_DISTANCES: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
 /// Of the radius: so far from the tangent plane another surface begins; as `taps.wgsl` has it.
 const THICKNESS: f32 = 0.1;
 
+/// The mean of so many samples shows nothing of their noise, in narrow gaps neither, where each loses all or nothing.
+const UNFILTERED_MEAN: u32 = 256;
+
 /// Where there is no surface.
 const OPEN: ColorLoad = ColorLoad::Clear(wgpu::Color { r: 1.0, g: 0.0, b: 0.0, a: 0.0 });
 
@@ -104,7 +107,7 @@ pub fn record(
         Some(whole) => {
             let mean = r.history("occlusion.mean", r.view.desc(MEAN));
             let is_there = r.view.uniform.sample_index >= whole && !mean.is_first;
-            (if is_there { mean.previous } else { record_mean(r, settings, seen, mean)? }, None)
+            (if is_there { mean.previous } else { record_mean(r, settings, seen, (mean, whole))? }, None)
         }
     };
     let (is_multi_bounce, is_bent) = (settings.multi_bounce, settings.bent_normals);
@@ -152,9 +155,9 @@ fn record_mean(
     r: &mut Recorder<'_, '_>,
     settings: &OcclusionSettings,
     seen: Seen<'_>,
-    mean: History,
+    (mean, whole): (History, u32),
 ) -> Result<Handle, ProgramError> {
-    let finding = Finding::new(r, settings, r.view.shows_few_samples());
+    let finding = Finding::new(r, settings, whole < UNFILTERED_MEAN);
     let target = r.texture_of(finding.last_name(), finding.desc);
     let found = finding.record(r, seen, target)?;
     let step = finding.upsample(r, seen, &found);

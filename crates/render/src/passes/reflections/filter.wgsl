@@ -1,15 +1,15 @@
-// reflections.filter: takes the pattern of noise of 4 × 4 texels out of a picture of few samples, by the mean over five
-// by five texels, of which the outer ones count half, so that each of the sixteen counts as much; of what lies on the
-// same surface (Tomasi & Manduchi 1998, by the distance from the tangent plane). Of several samples each has another
-// square of four by four around a texel, whose mean is a tent without the edges of squares. Mirrors have no noise and
-// stay sharp, but for dots that nothing beside them agrees with.
+// reflections.filter: takes the pattern of noise of 4 × 4 texels out of a picture of few samples, by the mean over seven
+// by seven texels with the weights 1, 2, 3, 4, 3, 2, 1 in each direction: each of the sixteen counts as much, and what a
+// ray brings comes and goes evenly, without the edges of squares; of what lies on the same surface (Tomasi & Manduchi
+// 1998, by the distance from the tangent plane). Mirrors have no noise and stay sharp, but for dots that nothing beside
+// them agrees with.
 // Reads: noisy_reflections, G-buffer, linear_depth. Writes: reflections.
 // Program: reflections_filter.
 
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::passes::reflections::rays::{reflections, side};
 import package::shaders::bilateral::middle_of_texel;
-import package::shaders::coarse::{pixel_of_texel, turn_in_square};
+import package::shaders::coarse::pixel_of_texel;
 import package::shaders::coarse_reflections::LIKENESS_REACH;
 import package::shaders::gbuffer_textures::{distance_at, surface_at};
 import package::shaders::samplers::nearest_clamp;
@@ -17,11 +17,10 @@ import package::shaders::screen_space::{likeness_to, tangent_plane_at};
 
 @group(1) @binding(5) var noisy_reflections: texture_2d<f32>;
 
-// 1 if the picture shows the mean of several samples.
-override of_several: u32 = 0u;
-
 // Surfaces of this roughness are filtered whole, and smoother ones less.
 const FILTERED_ROUGHNESS: f32 = 0.1;
+// So many texels to each side count.
+const REACH: i32 = 3;
 // How much less texels count that are as bright as `radiance_max` (Karis 2013, "Tone Mapping").
 const BRIGHT_WEIGHT: f32 = 0.25;
 
@@ -49,20 +48,17 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
     var weights = 0.0;
     var sum_beside = vec4f(0.0);
     var beside = 0.0;
-    let first = select(vec2i(-2), -turn_in_square(4), of_several != 0u);
-    let width = select(5, 4, of_several != 0u);
-    for (var y = 0; y < width; y++) {
-        for (var x = 0; x < width; x++) {
-            let step = vec2f(first + vec2i(x, y));
+    for (var y = -REACH; y <= REACH; y++) {
+        for (var x = -REACH; x <= REACH; x++) {
+            let step = vec2f(vec2i(x, y));
             let middle = position.xy + step;
             let is_inside = all(middle > vec2f(0.0)) && all(middle < size);
             let middle_px = middle_of_texel(max(middle - 0.5, vec2f(0.0)), side);
             let likeness = likeness_to(plane, middle_px, LIKENESS_REACH * distance_m);
-            let is_outer = (abs(step) > vec2f(1.5)) & vec2<bool>(of_several == 0u);
-            let halves = select(vec2f(1.0), vec2f(0.5), is_outer);
+            let tent = vec2f(1.0) - abs(step) / f32(REACH + 1);
             let is_own = all(step == vec2f(0.0));
             let others = select(0.0, likeness, is_inside);
-            let whole = select(others * halves.x * halves.y * rough, 1.0, is_own);
+            let whole = select(others * tent.x * tent.y * rough, 1.0, is_own);
             let texel = textureSampleLevel(noisy_reflections, nearest_clamp, middle * texel_size, 0.0);
             let brightest = max(texel.r, max(texel.g, texel.b));
             let weight = whole / (1.0 + BRIGHT_WEIGHT * brightest / reflections.radiance_max);

@@ -14,7 +14,6 @@ pub use settings::ReflectionSettings;
 use crate::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 use crate::gbuffer::{Gbuffer, LINEAR_DEPTH, RADIANCE};
 use crate::occlusion::Occlusion;
-use crate::passes::linear_depth;
 use crate::record::{ADD, Fullscreen, PicturePart, Recorder, Which};
 use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
@@ -36,7 +35,7 @@ const THICKNESS_MAX_SHARE: f32 = 0.2;
 const FADE_SHARE: f32 = 0.25;
 
 /// The noise of so many rays averages out by itself, where they meet small lamps, too.
-const UNFILTERED_RAYS: u32 = 64;
+const UNFILTERED_RAYS: u32 = 256;
 
 /// The rays of a square whose mean the filter takes.
 const FILTERED_RAYS: u32 = 16;
@@ -268,8 +267,6 @@ struct Tracing<'s> {
     side_px: u32,
     /// Whether its noise is a pattern, which is taken out.
     is_filtered: bool,
-    /// Of how many samples the picture shows the mean.
-    samples: u32,
 }
 
 impl<'s> Tracing<'s> {
@@ -285,7 +282,6 @@ impl<'s> Tracing<'s> {
             desc: settings.resolution.desc(r.view, RADIANCE),
             side_px: settings.resolution.side_px(),
             is_filtered,
-            samples,
         }
     }
 
@@ -335,7 +331,6 @@ impl<'s> Tracing<'s> {
         let found = of_lit(step, noisy)?;
         let Some(target) = filtered else { return Ok(found) };
         let step = seen.gbuffer.read_by(r.fullscreen("reflections.filter", "reflections_filter", &[]));
-        let step = step.constant("of_several", u32::from(self.samples > 1));
         of_lit(step.read("noisy_reflections", &found), target)
     }
 }
@@ -350,7 +345,9 @@ fn record_backs(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.backs();
     pass.draw_opaque(Which::Hiding)?;
-    linear_depth::record(r, "reflections.back_distances", &depth)
+    let target = r.texture("reflections.back_distances", LINEAR_DEPTH);
+    let step = r.fullscreen("reflections.back_distances", "linear_depth", &[]).constant("leaves_out", 0);
+    step.read_depth("depth", &depth).draw_into(target, ColorLoad::Discard)
 }
 
 /// The least distances of pixels, and of squares of 2 × 2, 4 × 4, … of them.
