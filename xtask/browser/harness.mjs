@@ -48,7 +48,7 @@ export async function open(browser, origin, address, viewport, faults) {
   });
   page.on("pageerror", (error) => faults.push(`page: ${error}`));
   await page.goto(`${origin}/?${new URLSearchParams(address)}`);
-  await page.waitForFunction(() => window.manypass?.ready || window.manypass?.error, null, { timeout: 120000 });
+  await page.waitForFunction(() => window.manypass?.ready || window.manypass?.error, null, { timeout: 300000 });
   return page;
 }
 

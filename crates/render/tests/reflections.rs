@@ -16,6 +16,11 @@ use std::f32::consts::{FRAC_PI_2, PI};
 
 const SIZE: (u32, u32) = (192, 124);
 
+/// So many pixels of a mirror may be wrong that reflect bodies which the picture shows, with rays of half the size and of
+/// the whole, where edges of bodies and what stands before others count.
+const LIMIT_HALF: f32 = 0.2;
+const LIMIT_FULL: f32 = 0.2;
+
 /// White metal: it reflects all light, whatever its roughness.
 fn metal(roughness_factor: f32) -> Material {
     Material { metallic_factor: 1.0, roughness_factor, ..grey(1.0) }
@@ -137,6 +142,64 @@ fn a_flat_mirror_shows_what_the_mirrored_camera_sees() {
         assert!(checked > 400, "{checked}");
         assert!(mean < 0.01 && off * 100 < checked, "{off} of {checked}, {mean}");
     }
+}
+
+/// Bodies of one colour each, over a mirror if it is there, so that the side that is met looks as the one that is seen.
+fn closed_bodies(has_mirror: bool) -> Scene {
+    let mut builder = SceneBuilder::new(Vec3::new(1.6, 1.5, 4.4), Vec3::new(0.0, 0.2, 0.0), perspective());
+    if has_mirror {
+        builder.put(primitives::plane(40.0), metal(0.0), Node::default());
+    }
+    for i in 0..9u8 {
+        let [x, z] = [i % 3, i / 3].map(f32::from);
+        let color = [0.3 + 0.3 * x, 0.9 - 0.3 * z, f32::from(i % 4) / 4.0];
+        let place = Vec3::new(1.3 * x - 1.3, 0.6, 1.1 * z - 1.6);
+        if i % 2 == 0 {
+            builder.put(primitives::uv_sphere(0.5, 64, 32), glowing(color), at(place));
+        } else {
+            builder.put(primitives::cube(Vec3::new(0.7, 0.9, 0.7)), glowing(color), at(place));
+        }
+    }
+    builder.finish()
+}
+
+#[test]
+fn bodies_are_met_where_their_undersides_are_hidden() {
+    let mut renderer = shared();
+    let [scene, above] = [true, false].map(closed_bodies);
+    let mut wrong_of = |change: fn(&mut manypass::Settings)| {
+        let request = request(&scene, 0.0).with(change);
+        load(&mut renderer, &scene);
+        let found = radiance(&mut renderer, &scene, &request, 16);
+        let seen = places(&mut renderer, &scene, &request);
+        let mut mirrored = without(&request);
+        mirrored.camera.world_from_view = Mat4::from_scale(Vec3::new(1.0, -1.0, 1.0)) * request.camera.world_from_view;
+        load(&mut renderer, &above);
+        let expected = radiance(&mut renderer, &above, &mirrored, 16);
+        let places_mirrored = places(&mut renderer, &above, &mirrored);
+        let (mut checked, mut wrong) = (0, 0);
+        for pixel in 0..found.len() {
+            let (position, normal) = places_mirrored[pixel];
+            let is_mirror = seen[pixel].0.y.abs() < 1e-4 && seen[pixel].1.y > 0.99;
+            let (x, y) = pixel_of(&request.camera, position);
+            let [x, y] = [x / SIZE.0 as f32, y / SIZE.1 as f32].map(|share| share.min(1.0 - share));
+            // What the picture does not show, or fades, is none of what is asked here.
+            if is_mirror && normal.length() > 0.5 && x.min(y) > 0.09 {
+                checked += 1;
+                let error = (0..3).map(|c| (found[pixel][c] - expected[pixel][c]).abs()).fold(0.0, f32::max);
+                wrong += usize::from(error > 0.1);
+            }
+        }
+        assert!(checked > 1000, "{checked}");
+        let share = wrong as f32 / checked as f32;
+        println!("{wrong} of {checked} pixels are wrong: {share}");
+        share
+    };
+    let of_half = wrong_of(|settings| settings.reflections.resolution = Resolution::Half);
+    let of_full = wrong_of(|_| ());
+    // As surfaces without backs are: thin.
+    let of_thin = wrong_of(|settings| settings.reflections.thickness_m = 0.04);
+    assert!(of_half < LIMIT_HALF && of_full < LIMIT_FULL && of_thin > 2.0 * of_full, "{of_half} {of_full} {of_thin}");
 }
 
 /// A floor before a glowing panel at z = 0, 2 m wide and 1.5 m high, that is all in the picture.

@@ -89,9 +89,11 @@ fn staged(mut scene: Scene, name: &str) -> Option<Scene> {
 }
 
 /// What frames of a demo need beside its scene and settings, as a stage: the room of `cornell` is lit by what its walls send
-/// each other, which live probes find. It is no part of [`stage`], because bakers find that light themselves.
+/// each other, which live probes find, and the panel of `room` is a mirror, of which the picture shows too little. It is no
+/// part of [`stage`], because bakers find that light themselves, and stages of users say what is a mirror.
 pub fn frame_stage(name: &str) -> Option<Stage> {
     let text = match name {
+        "room" => "model = \"demo:room\"\n[[mirrors]]\nnode = \"Mirror\"\n",
         "cornell" => "model = \"demo:cornell\"\n[[probes]]\ncounts = [4, 4, 4]\n",
         _ => return None,
     };

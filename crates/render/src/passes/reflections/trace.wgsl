@@ -177,7 +177,9 @@ fn follow(center: Center, direction: vec3f, facet_normal: vec3f) -> Hit {
                 is_hit = select(is_met, entering_m < back_m, is_body);
             }
             if rises && is_hit {
-                hit = Hit(true, middle_px, position, normal, select(max(behind, 0.0), 0.0, is_body), !is_met);
+                // A side of a body that is seen from along it says no more of the one that is met than one that is turned away.
+                let is_within = is_body && (facing < FACING_FADE || behind >= 1.0);
+                hit = Hit(true, middle_px, position, normal, select(max(behind, 0.0), 0.0, is_body), is_within);
                 break;
             }
             along = exit;
