@@ -103,7 +103,9 @@ pub fn resolve(
             let orbit = Orbit { yaw_deg, pitch_deg, radius_m, up };
             (orbit_rotation(yaw_deg + turn_deg, pitch_deg, up), orbit.eye(spec, framing, aspect, turn_deg))
         }
-        Place::Default | Place::Automatic | Place::Named(_) | Place::OfFile(_) => (Quat::IDENTITY, framing.center_world()),
+        Place::Default | Place::Automatic | Place::Named(_) | Place::OfFile(_) => {
+            (Quat::IDENTITY, framing.center_world())
+        }
     };
     Ok((Mat4::from_rotation_translation(rotation, eye), projection(spec, framing, eye, rotation)))
 }

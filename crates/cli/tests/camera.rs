@@ -52,7 +52,8 @@ fn two_scenes(folder: &Folder) {
 
 /// A triangle of 1 m, and a camera `distance_m` before it that looks at it.
 fn seen_from(distance_m: f32) -> String {
-    let corners: Vec<u8> = [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].into_iter().flat_map(f32::to_le_bytes).collect();
+    let corners: Vec<u8> =
+        [0.0f32, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0].into_iter().flat_map(f32::to_le_bytes).collect();
     let uri = manypass_testkit::data_uri("application/octet-stream", &corners);
     format!(
         r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0,1]}}],
@@ -81,8 +82,13 @@ fn a_model_that_its_camera_hardly_shows_is_shown_whole() {
     assert!(said("far.gltf", "far.png", &[]) && !said("far.gltf", "auto.png", &["--camera", "auto"]));
     assert!(bytes(&folder, "far.png") == bytes(&folder, "auto.png"));
     // What is asked for is shown, and sequences are seen as the file says.
-    assert!(!said("far.gltf", "far0.png", &["--camera", "0"]) && !said("far.gltf", "f{frame}.png", &["--frames", "0..0"]));
-    assert!(bytes(&folder, "far0.png") == bytes(&folder, "f0.png") && bytes(&folder, "far0.png") != bytes(&folder, "far.png"));
+    assert!(
+        !said("far.gltf", "far0.png", &["--camera", "0"]) && !said("far.gltf", "f{frame}.png", &["--frames", "0..0"])
+    );
+    assert!(
+        bytes(&folder, "far0.png") == bytes(&folder, "f0.png")
+            && bytes(&folder, "far0.png") != bytes(&folder, "far.png")
+    );
 }
 
 #[test]

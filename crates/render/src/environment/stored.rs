@@ -3,12 +3,12 @@
 //! An entry is a line of text that says what it is, a hash of all that follows it, the suns of a picture, and the
 //! texels. One that is not whole, or is of something else, is none.
 
-use manypass_scene::environment::suns::{SUNS_MAX, Sun, Suns};
 use super::tiles::TileSides;
 use crate::gpu::Gpu;
 use glam::Vec3;
 use half::f16;
 use manypass_scene::EnvironmentMap;
+use manypass_scene::environment::suns::{SUNS_MAX, Sun, Suns};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// Rises whenever tiles of the same picture become others.

@@ -2,7 +2,6 @@
 
 use crate::constants::ENVIRONMENT_LEVEL_LAST;
 use crate::environment::lobe::{Lobe, LobeTable, roughness_of_level};
-use manypass_scene::environment::suns::{Suns, suns};
 use crate::environment::tiles::{Tile, TileSides, texture_size};
 use crate::environment::{ENVIRONMENT_FORMAT, stored, studio};
 use crate::gpu::Gpu;
@@ -10,6 +9,7 @@ use glam::Vec3;
 use half::f16;
 use manypass_graph::TextureDesc;
 use manypass_scene::Cache;
+use manypass_scene::environment::suns::{Suns, suns};
 use manypass_scene::environment::{PrefilteredEnvironment, RADIANCE_MAX};
 use manypass_scene::{EnvironmentLight, EnvironmentMap};
 use std::sync::{Arc, Weak};

@@ -62,7 +62,8 @@ impl EnvironmentMap {
         }
         let mut cells = cells(&self);
         let [sun, second, ..] = take_suns(&mut cells);
-        let facing = |cell: &Cell| luminance(cell.radiance) * cell.solid_angle * cell.direction.dot(sun.direction).max(0.0);
+        let facing =
+            |cell: &Cell| luminance(cell.radiance) * cell.solid_angle * cell.direction.dot(sun.direction).max(0.0);
         let rest: f32 = cells.iter().map(facing).sum();
         let own = luminance(sun.irradiance);
         if second.irradiance != Vec3::ZERO || own <= 0.0 || own < LIGHT_SHARE_MIN * (own + rest) {
@@ -71,7 +72,8 @@ impl EnvironmentMap {
         let surroundings = sun.surroundings;
         let mut taken = HashSet::new();
         for (index, texel) in (0..).zip(&mut self.texels) {
-            let direction = equirectangular_direction((index % self.width, index / self.width), (self.width, self.height));
+            let direction =
+                equirectangular_direction((index % self.width, index / self.width), (self.width, self.height));
             if direction.dot(sun.direction) > SUN_COS {
                 let [r, g, b, _] = texel.map(f16::to_f32);
                 let [r, g, b] = Vec3::new(r, g, b).min(surroundings).to_array().map(f16::from_f32);
@@ -141,9 +143,8 @@ fn luminance(radiance: Vec3) -> f32 {
 /// The middle of the source of which a cell is the brightest: of what is half as bright, and as near as its surroundings.
 fn middle_of(cells: &[Cell], brightest: &Cell) -> Vec3 {
     let least = 0.5 * luminance(brightest.radiance);
-    let is_of_it = |cell: &&Cell| {
-        cell.direction.dot(brightest.direction) > SURROUNDINGS_COS && luminance(cell.radiance) >= least
-    };
+    let is_of_it =
+        |cell: &&Cell| cell.direction.dot(brightest.direction) > SURROUNDINGS_COS && luminance(cell.radiance) >= least;
     let sum: Vec3 = cells.iter().filter(is_of_it).map(|cell| cell.direction * cell.solid_angle).sum();
     sum.normalize_or(brightest.direction)
 }

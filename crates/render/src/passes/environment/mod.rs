@@ -10,7 +10,6 @@
 
 use crate::environment::ENVIRONMENT_FORMAT;
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
-use manypass_scene::environment::suns::{SUNS_MAX, Sun};
 use crate::environment::tiles::Tile;
 use crate::record::Recorder;
 use crate::resources::environment::{EnvironmentTiles, Unfinished};
@@ -19,6 +18,7 @@ use crate::surroundings::FACE_SIDE;
 use bytemuck::{Pod, Zeroable};
 use glam::{UVec4, Vec4};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+use manypass_scene::environment::suns::{SUNS_MAX, Sun};
 use wgpu::TextureViewDimension::Cube;
 
 /// `CubeFace` of `cube.wgsl`; a test compares the two layouts.

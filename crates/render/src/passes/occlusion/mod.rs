@@ -236,7 +236,9 @@ impl<'s> Finding<'s> {
         let texels = 2 * settings.slices * settings.steps;
         let step = match settings.method {
             OcclusionMethod::Gtao => step.constant("slices", settings.slices).constant("steps", settings.steps),
-            OcclusionMethod::Ssao => step.constant("kernel", if settings.kernel > 0 { settings.kernel } else { texels }),
+            OcclusionMethod::Ssao => {
+                step.constant("kernel", if settings.kernel > 0 { settings.kernel } else { texels })
+            }
         };
         let found = of_surfaces(step, noisy, seen.depth)?;
         let Some(target) = blurred else { return Ok(found) };

@@ -8,13 +8,13 @@
 use crate::constants::{PROBE_FACE_SIDE, PROBE_HEIGHT, PROBE_WIDTH};
 use crate::environment::ENVIRONMENT_FORMAT;
 use crate::environment::lobe::FACES;
-use manypass_scene::environment::suns::SUNS_MAX;
 use crate::probes::TILE_SIDE;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+use manypass_scene::environment::suns::SUNS_MAX;
 use std::f32::consts::PI;
 
 /// The coefficients of light.

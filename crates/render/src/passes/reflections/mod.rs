@@ -35,7 +35,10 @@ const THICKNESS_MAX_SHARE: f32 = 0.2;
 const FADE_SHARE: f32 = 0.25;
 
 /// The noise of so many rays averages out by itself, where they meet small lamps, too.
-const UNFILTERED_RAYS: u32 = 256;
+const UNFILTERED_RAYS: u32 = 64;
+
+/// The same of the first samples of a still, which are many where it is to be clean.
+const UNFILTERED_MEAN: u32 = 256;
 
 /// The rays of a square whose mean the filter takes.
 const FILTERED_RAYS: u32 = 16;
@@ -185,7 +188,7 @@ pub fn record(
     }
     let met = seen.radiance.unwrap_or(&radiance);
     let found = match kept.kept {
-        Keeping::Nothing => Tracing::new(r, settings, r.view.sample_count).found(r, seen, met)?,
+        Keeping::Nothing => Tracing::new(r, settings, (r.view.sample_count, UNFILTERED_RAYS)).found(r, seen, met)?,
         Keeping::Look(look) => look.record(r, seen, met)?,
         Keeping::Mean(mean, whole) => record_mean(r, settings, (seen, met), (mean, whole))?,
         Keeping::Found(found) => found,
@@ -220,7 +223,7 @@ struct Look<'s> {
 
 impl<'s> Look<'s> {
     fn new(r: &mut Recorder<'_, '_>, settings: &'s ReflectionSettings) -> Self {
-        let tracing = Tracing::new(r, settings, 1);
+        let tracing = Tracing::new(r, settings, (1, UNFILTERED_RAYS));
         let reflections = r.history("reflections.look", tracing.desc);
         let distances = r.history("reflections.distances", TextureDesc { format: LINEAR_DEPTH, ..tracing.desc });
         let is_there = !reflections.is_first && r.view.uniform.sample_index > 0;
@@ -252,7 +255,7 @@ fn record_mean(
     (seen, met): (Seen<'_>, &Handle),
     (mean, whole): (History, u32),
 ) -> Result<Reflections, ProgramError> {
-    let found = Tracing::new(r, settings, whole).found(r, seen, met)?;
+    let found = Tracing::new(r, settings, (whole, UNFILTERED_MEAN)).found(r, seen, met)?;
     let step = seen.gbuffer.read_by(r.fullscreen("reflections.mean", "reflections_keep", &[]));
     let step = Reflections::read_by(Some(&found), step).constant("averages", 1);
     step.read("previous_reflections", &mean.previous).draw_into(mean.next, ColorLoad::Discard)?;
@@ -270,9 +273,9 @@ struct Tracing<'s> {
 }
 
 impl<'s> Tracing<'s> {
-    /// Of so many samples of which the picture shows the mean.
-    fn new(r: &Recorder<'_, '_>, settings: &'s ReflectionSettings, samples: u32) -> Self {
-        let is_filtered = samples < UNFILTERED_RAYS || r.view.shows_few_samples();
+    /// Of so many samples of which the picture shows the mean, and whose noise is filtered if they are fewer than that.
+    fn new(r: &Recorder<'_, '_>, settings: &'s ReflectionSettings, (samples, unfiltered): (u32, u32)) -> Self {
+        let is_filtered = samples < unfiltered || r.view.shows_few_samples();
         let samples = if r.view.shows_few_samples() { 1 } else { samples };
         let bounds_world = &r.frame.world.bounds_world;
         let rays = if is_filtered { samples.saturating_mul(FILTERED_RAYS) } else { samples };
@@ -405,7 +408,16 @@ mod tests {
             "reflections_trace",
             "Reflections",
             ReflectionsUniform,
-            [distance_m, fade_per_m, thickness_m, roughness_max, radiance_max, share_of_ray, thickness_max_m, padding_1]
+            [
+                distance_m,
+                fade_per_m,
+                thickness_m,
+                roughness_max,
+                radiance_max,
+                share_of_ray,
+                thickness_max_m,
+                padding_1
+            ]
         );
         assert_same_layout!("reflections_halve", "CoarseLevel", CoarseLevelUniform, [inverse_size, inverse_finer_size]);
     }

@@ -60,6 +60,9 @@ const FACING_FADE: f32 = 0.1;
 // in pixels along each axis; else there. It is farther where the ray came from behind.
 const REFINED_PX: f32 = 1.0;
 
+// What a ray is within lies at least so high over the plane that it leaves, as the sine of an angle.
+const LEAST_RISE: f32 = 0.12;
+
 // Where a ray ends.
 struct Hit {
     is_hit: bool,
@@ -174,7 +177,12 @@ fn follow(center: Center, direction: vec3f, facet_normal: vec3f) -> Hit {
                 let back_m = textureLoad(back_distances, vec2i(middle_px), 0).r;
                 let entering_m = distance_from_nearness(max(entering, leaving));
                 is_body = back_m > nearest_m && back_m < nearest_m + reflections.thickness_max_m;
-                is_hit = select(is_met, entering_m < back_m, is_body);
+                // Rays along a silhouette go far within a pixel, whose middle tells whether they are within.
+                let middle_m = distance_from_nearness(0.5 * (entering + leaving));
+                // A round body of flat triangles rises a little over the planes of its own.
+                let is_other = dot(away, facet_normal) > LEAST_RISE * length(away);
+                let is_inside = middle_m > nearest_m && middle_m < back_m && is_other;
+                is_hit = select(is_met, is_inside || (is_met && entering_m < back_m), is_body);
             }
             if rises && is_hit {
                 // A side of a body that is seen from along it says no more of the one that is met than one that is turned away.
