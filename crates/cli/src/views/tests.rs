@@ -187,7 +187,8 @@ fn colmap_binary() -> (Vec<u8>, Vec<u8>) {
     }
     let (quaternion, translation) = colmap_pose();
     let mut images = 2_u64.to_le_bytes().to_vec();
-    let of_image: [(u32, [f64; 4], [f64; 3], u32, &str, u64); 2] =
+    type Image<'a> = (u32, [f64; 4], [f64; 3], u32, &'a str, u64);
+    let of_image: [Image<'_>; 2] =
         [(1, quaternion, translation, 7, "in/my r_0.jpg", 2), (2, [1.0, 0.0, 0.0, 0.0], [0.0; 3], 9, "b.c.png", 0)];
     for (id, quaternion, translation, camera, name, point_count) in of_image {
         images.extend(id.to_le_bytes());
