@@ -129,18 +129,14 @@ async function draw(browser, backend, { name, model, width, height, groups, vari
 await Promise.all(["webgpu", "webgl"].map(async (backend) => {
   const browser = await launchWithBoth();
   for (const one of cases) await draw(browser, backend, one);
+  await withBudget(browser, origin, backend);
+  await withLoss(browser, origin, backend);
+  if (backend === "webgpu") await asUser(browser, origin);
+  else await withWrongAddress(browser, origin);
   await browser.close();
 }));
 
-let browser = await launchWithBoth();
-await asUser(browser, origin);
-await withWrongAddress(browser, origin);
-for (const backend of ["webgpu", "webgl"]) {
-  await withBudget(browser, origin, backend);
-  await withLoss(browser, origin, backend);
-}
-await browser.close();
-browser = await launchWithNeither();
+const browser = await launchWithNeither();
 await withoutApi(browser, origin);
 await browser.close();
 close();

@@ -19,8 +19,9 @@ import package::shaders::screen_space::{likeness_to, tangent_plane_at};
 
 // Surfaces of this roughness are filtered whole, and smoother ones less.
 const FILTERED_ROUGHNESS: f32 = 0.1;
-// So many texels to each side count.
+// So many texels to each side count, and so many in a row.
 const REACH: i32 = 3;
+const WIDTH: i32 = 7;
 // How much less texels count that are as bright as `radiance_max` (Karis 2013, "Tone Mapping").
 const BRIGHT_WEIGHT: f32 = 0.25;
 
@@ -48,9 +49,9 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
     var weights = 0.0;
     var sum_beside = vec4f(0.0);
     var beside = 0.0;
-    for (var y = -REACH; y <= REACH; y++) {
-        for (var x = -REACH; x <= REACH; x++) {
-            let step = vec2f(vec2i(x, y));
+    for (var y = 0; y < WIDTH; y++) {
+        for (var x = 0; x < WIDTH; x++) {
+            let step = vec2f(vec2i(x, y) - REACH);
             let middle = position.xy + step;
             let is_inside = all(middle > vec2f(0.0)) && all(middle < size);
             let middle_px = middle_of_texel(max(middle - 0.5, vec2f(0.0)), side);
