@@ -8,8 +8,10 @@ import package::shaders::gbuffer_textures::linear_depth;
 // 1 if `linear_depth` is the depth attachment.
 override reads_attached_depth: u32 = 0u;
 
-// The least cosine between the corners of a pixel on a flat surface.
-const FACET_AGREEMENT_MIN: f32 = 0.98;
+// The least cosine between the corners of a pixel on a flat surface. Beside tiles that are left out of a sample, distances
+// are those of the sample before, a part of a pixel beside, which tilts corners by a few degrees: a low sun would not reach
+// them.
+const FACET_AGREEMENT_MIN: f32 = 0.998;
 // The least cosine between the normals of a surface and of its facet, where it is not flat.
 const FACET_LIKENESS_MIN: f32 = 0.8;
 
