@@ -19,10 +19,13 @@ const { origin, close } = await serve(new Map([...cases.map((one) => [`/${addres
 /** Opens the page with a case on a backend, draws it, and saves what it shows. */
 async function draw(browser, backend, { name, model, width, height, groups, variant, options, effects, overlay, time, variables, frames, settles, orbits }) {
   await test(`${name} on ${backend}`, async (faults) => {
+    const isChanged = Boolean(variant) || Object.keys(options).length + effects.length > 0;
     const query = { backend, size: `${width}x${height}`, model: model.startsWith("demo:") ? model : address({ name, model }) };
+    // The frame before the change would compile shaders that nobody asks for.
+    if (isChanged) query.draw = "later";
     const page = await open(browser, origin, query, { width, height }, faults);
     try {
-      const result = await page.evaluate(async ({ name, groups, variant, options, effects, overlay, time, frames, settles, orbits }) => {
+      const result = await page.evaluate(async ({ name, isChanged, groups, variant, options, effects, overlay, time, frames, settles, orbits }) => {
         let groupRatio, offPixels;
         if (window.manypass.error) throw new Error(window.manypass.error);
         const viewer = window.manypass.viewer;
@@ -40,7 +43,6 @@ async function draw(browser, backend, { name, model, width, height, groups, vari
           if (!viewer.variants().includes(variant)) throw new Error(`there are the variants ${viewer.variants()}`);
           viewer.showVariant(variant);
         }
-        const isChanged = variant || Object.keys(options).length + effects.length > 0;
         if (isChanged) {
           // The chain among the options names effects.
           viewer.setEffects(effects);
@@ -109,7 +111,7 @@ async function draw(browser, backend, { name, model, width, height, groups, vari
         [canvas.width, canvas.height] = [info.width, info.height];
         canvas.getContext("2d").putImageData(new ImageData(new Uint8ClampedArray(pixels), info.width, info.height), 0, 0);
         return { info, exposure: viewer.exposure(), first, second, groupRatio, offPixels, warnings: viewer.warnings(), png: canvas.toDataURL("image/png").split(",")[1] };
-      }, { name, groups, variant, options, effects, overlay, time, frames, settles, orbits });
+      }, { name, isChanged, groups, variant, options, effects, overlay, time, frames, settles, orbits });
       await writeFile(join(out, `${name}-${backend}.png`), Buffer.from(result.png, "base64"));
       await writeFile(join(out, `${name}-${backend}-exposure.json`), JSON.stringify(result.exposure));
       await page.screenshot({ path: join(out, `${name}-${backend}-canvas.png`) });

@@ -3,6 +3,7 @@
 mod bench;
 mod browser;
 mod fidelity;
+mod programs;
 mod setup;
 mod step;
 mod table;
@@ -126,7 +127,7 @@ fn test(steps: &mut Steps, with_browser: bool) {
     steps.run("docs", "1 min", || {
         step::check(cargo(["doc", "--no-deps", "--workspace"]).env("RUSTDOCFLAGS", "-Dwarnings"))
     });
-    steps.run_tests("tests", "5 min", cargo(["test", "--workspace", "--no-fail-fast"]));
+    steps.run_counted("tests", "30 min", programs::test);
     if with_browser {
         web_package(steps, web::Size::Small, web::Warnings::Refused);
         browser_tests(steps);

@@ -5,9 +5,8 @@ use manypass_testkit::{compare::Picture, needs};
 use serde_json::Value;
 use std::{
     ffi::OsStr,
-    io::{BufRead, BufReader},
     path::{Path, PathBuf},
-    process::{Command, Stdio},
+    process::Command,
     sync::{Mutex, PoisonError},
     time::Instant,
 };
@@ -26,9 +25,16 @@ impl Tally {
         Self { passed: 1, failed: 0, skipped }
     }
 
+    /// Adds another.
+    pub const fn add(&mut self, other: Self) {
+        self.passed += other.passed;
+        self.failed += other.failed;
+        self.skipped += other.skipped;
+    }
+
     /// Adds what a line of `cargo test` says: a result line, or that a test is skipped. The harness counts that test as
     /// passed, and one that is ignored as neither.
-    fn read(&mut self, line: &str) {
+    pub fn read(&mut self, line: &str) {
         if let Some((_, rest)) = line.split_once("test result: ") {
             let number_before = |word| {
                 let mut words = rest.split_whitespace().rev().skip_while(|w| w.trim_end_matches(';') != word);
@@ -56,22 +62,6 @@ impl Steps {
         self.run_counted(name, estimate, || action().map(|()| Tally::step_without(0)));
     }
 
-    /// Runs `cargo test`, shows its output, and counts its tests.
-    pub fn run_tests(&mut self, name: &str, estimate: &str, mut command: Command) {
-        self.run_counted(name, estimate, || {
-            let mut child = command.stdout(Stdio::piped()).spawn().with_context(|| format!("starting {command:?}"))?;
-            let mut tally = Tally::default();
-            for line in BufReader::new(child.stdout.take().context("no output to read")?).lines() {
-                let line = line?;
-                println!("{line}");
-                tally.read(&line);
-            }
-            let status = child.wait()?;
-            ensure!(status.success() || tally.failed > 0, "{command:?} ended with {status}");
-            Ok(tally)
-        });
-    }
-
     /// A step that is left out because nobody wants it now.
     pub fn leave_out(&mut self) {
         self.sum.skipped += 1;
@@ -88,9 +78,7 @@ impl Steps {
         if tally.failed > 0 {
             self.failures.push(name.to_owned());
         }
-        self.sum.passed += tally.passed;
-        self.sum.failed += tally.failed;
-        self.sum.skipped += tally.skipped;
+        self.sum.add(tally);
         let verdict = if tally.failed == 0 { "done" } else { "FAILED" };
         println!("<== {name}: {verdict} in {:.1} s", start.elapsed().as_secs_f64());
     }

@@ -1,17 +1,20 @@
 // ?model=URL|demo:hall  ?backend=auto|webgpu|webgl  ?size=WIDTHxHEIGHT (without it the canvas fills the window)  ?time=SECONDS
+// ?draw=later: nothing is drawn before `window.manypass.draw()` is called, for a page that changes the viewer first
 import { follow } from "./controls.js";
 import init, { create, modelFiles, stageEnvironment, stageImages, stageModel } from "./manypass_web.js";
 
 const query = new URLSearchParams(location.search);
 const canvas = document.getElementById("canvas");
 const message = document.getElementById("message");
-const state = (window.manypass = { viewer: null, ready: false, error: null, isWhole: false, draw, orbit: () => orbit });
+const state = (window.manypass = { viewer: null, ready: false, error: null, isWhole: false, draw: drawNow, orbit: () => orbit });
 /** Nothing until the user turns: then the view sets out from the file's camera. */
 let orbit;
 /** The nearest and the farthest that the user may be. */
 let nearest_m, farthest_m;
 /** Whether there is a model to draw. */
 let isLoaded = false;
+/** Whether nothing is drawn yet. */
+let isHeld = query.get("draw") === "later";
 /** Rises with every wish, so that older ones give way. */
 let latest = 0;
 /** Rises with every model, so that textures of former ones are left alone. */
@@ -39,7 +42,7 @@ const inTurn = (action) => (queue = queue.catch(() => {}).then(action));
 function draw() {
   const mine = ++latest;
   return inTurn(async () => {
-    if (!isLoaded || mine !== latest) return;
+    if (!isLoaded || isHeld || mine !== latest) return;
     if (shownAt !== undefined) {
       const now = performance.now();
       // What waited for long does not make up for it.
@@ -52,6 +55,11 @@ function draw() {
     if (shownAt !== undefined) return void tried(draw());
     while (!bare && !isComing && mine === latest && await state.viewer.refine()) await new Promise(requestAnimationFrame);
   });
+}
+
+function drawNow() {
+  isHeld = false;
+  return draw();
 }
 
 /** Relative addresses of buffers and of images in a .gltf; none for other models, of which the viewer reads what is in the file itself. */
