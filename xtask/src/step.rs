@@ -1,12 +1,12 @@
 //! Steps with a name, an estimate and a time; and running programs.
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, bail};
 use manypass_testkit::{compare::Picture, needs};
 use serde_json::Value;
 use std::{
     ffi::OsStr,
     path::{Path, PathBuf},
-    process::Command,
+    process::{Command, Stdio},
     sync::{Mutex, PoisonError},
     time::Instant,
 };

@@ -3,7 +3,7 @@
 use super::lists::corners_of_box;
 use crate::draws::{Draw, DrawList, Item, WorldDraws};
 use glam::{Mat4, Vec3, Vec4};
-use manypass_scene::{Aabb, Topology};
+use manypass_scene::Aabb;
 use std::ops::Range;
 
 /// So many boxes that nobody sees are drawn rather than a draw call more.
@@ -77,7 +77,7 @@ pub(crate) fn find_touched(list: &mut DrawList, world: &WorldDraws, boxes: &[Mat
         for (item, at) in items.iter().zip(draw.item..).filter(|(item, _)| is_touched(item)) {
             let instances = item.instances();
             match &mut last {
-                Some(last) if last.instances.end == instances.start && item.topology != Topology::Points => {
+                Some(last) if last.instances.end == instances.start => {
                     last.instances.end = instances.end;
                 }
                 _ => list.decaled.extend(last.replace(Draw { item: at, instances, is_decaled: true, ..draw.clone() })),

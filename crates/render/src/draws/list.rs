@@ -199,7 +199,7 @@ impl DrawList {
         let item = &world.items[index as usize];
         let (instances, level) = (item.instances(), form.level);
         self.count(item, level, world);
-        if let Some(last) = self.opaque.last_mut().filter(|_| goes_on && item.topology != Topology::Points) {
+        if let Some(last) = self.opaque.last_mut().filter(|_| goes_on) {
             let between = u64::from(instances.start - last.instances.end);
             let elements = world.elements(item, level).0.len() as u64;
             if between * elements <= HIDDEN_ELEMENTS_MAX {

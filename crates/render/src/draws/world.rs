@@ -9,15 +9,12 @@ use crate::levels::{Group, SurfaceForm, SurfaceForms};
 use crate::lights::ObjectBounds;
 use crate::resources::layers::{SEEN_LARGE, SHADED_WHERE_DRAWN};
 use crate::resources::{GpuMaterial, GpuPrimitive, Instance, ReducedMaterials, SceneResources};
-use bytemuck::Zeroable;
 use glam::{Mat4, Vec3, Vec4};
 use manypass_scene::{Aabb, Node, NodeId, Scene, Topology};
 use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// The corners of the square around the disc of a point: as many instances it has.
-const DISC_CORNERS: u32 = 4;
 
 /// A primitive of a node.
 #[derive(Clone, Debug)]
@@ -79,9 +76,9 @@ pub(crate) struct Item {
 }
 
 impl Item {
-    /// Its instances.
+    /// Its instance.
     pub fn instances(&self) -> Range<u32> {
-        self.instance..self.instance + if self.topology == Topology::Points { DISC_CORNERS } else { 1 }
+        self.instance..self.instance + 1
     }
 
     /// The box around it with its relief, which lies below its triangles.
@@ -298,11 +295,8 @@ impl WorldDraws {
             self.has_layers |= posed.item.layers != 0;
             self.has_transmissive |= posed.item.transmissive;
             self.is_shaded_where_drawn |= posed.item.layers & SHADED_WHERE_DRAWN != 0;
-            // The corners of a point's disc read the object as vertices do, from a multiple of their number.
-            let copies = if posed.item.topology == Topology::Points { DISC_CORNERS } else { 1 };
-            let instance = (self.instances.len() as u32).next_multiple_of(copies);
-            self.instances.resize(instance as usize, Instance::zeroed());
-            self.instances.extend(std::iter::repeat_n(posed.instance, copies as usize));
+            let instance = self.instances.len() as u32;
+            self.instances.push(posed.instance);
             if self.items.len().is_multiple_of(BLOCK_ITEMS) {
                 self.blocks.push(Some(Aabb::EMPTY));
             }
@@ -420,7 +414,7 @@ impl Drawn<'_> {
         Instance {
             world_from_object: [matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array()),
             ids: [(id.0 + 1) | without_normals, first_joint, first_weight, primitive.morph_count],
-            morph: [primitive.morph.start, primitive.vertex_count],
+            morph: [primitive.morph.start, primitive.vertex_count / primitive.copies],
         }
     }
 

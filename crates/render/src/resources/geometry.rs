@@ -1,7 +1,7 @@
 //! Meshes on the device: vertices, skins and indices in pages, morph targets in a table.
 
 use super::pages::{Pages, Place};
-use super::vertices::{self, SkinVertex, Vertex, drawn_vertices, in_drawing_order, is_deformed};
+use super::vertices::{self, SkinVertex, Vertex, copies, drawn_vertices, in_drawing_order, is_deformed};
 use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
@@ -34,8 +34,10 @@ pub(crate) struct GpuPrimitive {
     pub(crate) indices: Option<Place>,
     /// Coarser forms of it, finer ones first.
     pub levels: Vec<GpuLevel>,
-    /// The number of vertices.
+    /// The number of vertices on the device.
     pub vertex_count: u32,
+    /// How many of them are one vertex of the file.
+    pub(crate) copies: u32,
     /// The number of indices, or of vertices if it is not indexed.
     pub count: u32,
     /// What they form.
@@ -338,7 +340,7 @@ impl Geometry {
         let (device, queue) = (&gpu.device, &gpu.queue);
         let primitive = &*in_drawing_order(primitive);
         let count = |length: usize| u32::try_from(length).ok();
-        let vertex_count = count(primitive.positions.len())?;
+        let vertex_count = count(drawn_vertices(primitive))?;
         let is_deformed = is_deformed(primitive);
         let vertices = self.vertices.take(device, vertex_count, expected.vertices)?;
         expected.vertices = expected.vertices.saturating_sub(vertex_count.into());
@@ -348,6 +350,7 @@ impl Geometry {
             indices: None,
             levels: Vec::new(),
             vertex_count,
+            copies: copies(primitive) as u32,
             count: vertex_count,
             topology: primitive.topology,
             material: primitive.material,

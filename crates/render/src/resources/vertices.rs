@@ -80,6 +80,15 @@ pub const ATTRIBUTES_WITHOUT_SKINS: [Attribute; 13] = {
     attributes
 };
 
+/// The corners of the triangle around the disc of a point: as many vertices it has. One instance for each point would be
+/// less memory, and takes drivers that run on the CPU six times as long.
+pub(super) const POINT_CORNERS: usize = 3;
+
+/// How many vertices on the device each of a primitive's has.
+pub(super) const fn copies(primitive: &Primitive) -> usize {
+    if matches!(primitive.topology, Topology::Points) { POINT_CORNERS } else { 1 }
+}
+
 /// The vertices of a primitive that is [`in_drawing_order`].
 pub(super) fn vertices(primitive: &Primitive) -> impl Iterator<Item = Vertex> {
     // A point without a normal faces the eye; zero says so to `surface_vertex.wgsl`.
@@ -88,7 +97,7 @@ pub(super) fn vertices(primitive: &Primitive) -> impl Iterator<Item = Vertex> {
     let no_tangent = [0.0, 0.0, 0.0, 1.0];
     // Callers may have lengths and colours that a file cannot; what is endless would be no number in the picture.
     let color = |color: &[f32; 4]| color.map(|part| f16::from_f32(part.clamp(f16::MIN.to_f32(), f16::MAX.to_f32())));
-    (0..primitive.positions.len()).map(move |i| {
+    let vertex = move |i: usize| {
         let normal = Vec3::from(primitive.normals.get(i).copied().unwrap_or(no_normal));
         let [x, y, z] = normal.normalize_or_zero().to_array();
         let is_wrong = f32::from(u8::from(!normal.is_finite()));
@@ -100,7 +109,9 @@ pub(super) fn vertices(primitive: &Primitive) -> impl Iterator<Item = Vertex> {
             uv1: primitive.uv1.get(i).copied().unwrap_or_default(),
             color: primitive.colors.get(i).map_or([f16::ONE; 4], color),
         }
-    })
+    };
+    let copies = copies(primitive);
+    (0..primitive.positions.len()).flat_map(move |i| std::iter::repeat_n(vertex(i), copies))
 }
 
 /// Whether skins or morph targets move the vertices of a primitive.
@@ -110,10 +121,12 @@ pub(super) fn is_deformed(primitive: &Primitive) -> bool {
 
 /// The stream of skins of a primitive that is deformed.
 pub(super) fn skins(primitive: &Primitive) -> impl Iterator<Item = SkinVertex> {
-    (0..primitive.positions.len()).map(|i| SkinVertex {
+    let skin = |i: usize| SkinVertex {
         joints: primitive.joints.get(i).copied().unwrap_or_default(),
         weights: primitive.weights.get(i).copied().unwrap_or_default(),
-    })
+    };
+    let copies = copies(primitive);
+    (0..primitive.positions.len()).flat_map(move |i| std::iter::repeat_n(skin(i), copies))
 }
 
 /// Displacements of positions, normals and tangents, vertex by vertex, target by target.
@@ -133,14 +146,15 @@ pub(super) fn displacements(primitive: &Primitive) -> Vec<[f32; 4]> {
 
 /// How many vertices a primitive has on the device.
 pub(super) fn drawn_vertices(primitive: &Primitive) -> usize {
-    if are_gathered(primitive) { primitive.indices.len() } else { primitive.positions.len() }
+    let count = if are_gathered(primitive) { primitive.indices.len() } else { primitive.positions.len() };
+    count * copies(primitive)
 }
 
 fn are_gathered(primitive: &Primitive) -> bool {
     primitive.topology == Topology::Points && !primitive.indices.is_empty()
 }
 
-/// Points in the order of their indices, without indices: they are drawn as instances, which have none.
+/// Points in the order of their indices, without indices: the corners of their discs are counted.
 pub(super) fn in_drawing_order(primitive: &Primitive) -> Cow<'_, Primitive> {
     if are_gathered(primitive) { Cow::Owned(gathered(primitive)) } else { Cow::Borrowed(primitive) }
 }

@@ -29,9 +29,8 @@ struct SurfaceInput {
     // Anything where nothing is deformed.
     @if(skins) @location(11) joints: vec4u,
     @if(skins) @location(12) weights: vec4f,
-    // Of a point this is the corner of its disc, 0 to 3 and then again from 0.
+    // A point has one for each corner of the triangle around its disc, one after the other.
     @builtin(vertex_index) vertex: u32,
-    @if(points) @builtin(instance_index) point: u32,
 }
 
 struct SurfaceVarying {
@@ -105,7 +104,7 @@ struct Displacement {
 
 @if(skins) fn vertex_of_primitive(in: SurfaceInput) -> u32 {
     @if(points) {
-        return in.point;
+        return in.vertex / 3u;
     }
     @if(!points) {
         return in.vertex;
@@ -133,9 +132,10 @@ fn transform_point(rows: Rows, position: vec3f) -> vec3f {
 @if(points) const POINT_HEIGHT_SHARE: f32 = 1.0 / 200.0;
 @if(points) const POINT_DIAMETER_MIN_PX: f32 = 2.0;
 
-// The corner of the square around a disc: a strip of two triangles that face the eye.
+// A corner of the triangle with equal sides around a disc, which faces the eye.
 @if(points) fn disc_corner(vertex: u32) -> vec2f {
-    return vec2f(f32(vertex & 1u), f32((vertex >> 1u) & 1u)) * 2.0 - 1.0;
+    let index = vertex % 3u;
+    return select(vec2f(select(-1.7320508, 1.7320508, index == 1u), -1.0), vec2f(0.0, 2.0), index == 2u);
 }
 
 // From the middle of a disc to a corner. Discs are parallel to the picture, so that all of a disc has one distance.

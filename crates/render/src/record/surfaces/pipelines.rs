@@ -119,12 +119,7 @@ fn create(
         .map(|(index, (attributes, array_stride))| {
             Some(wgpu::VertexBufferLayout {
                 array_stride,
-                // Points are the instances of one disc, so that the object is what stays the same for its corners.
-                step_mode: if (index == 2) == (key.topology != Topology::Points) {
-                    wgpu::VertexStepMode::Instance
-                } else {
-                    wgpu::VertexStepMode::Vertex
-                },
+                step_mode: if index == 2 { wgpu::VertexStepMode::Instance } else { wgpu::VertexStepMode::Vertex },
                 attributes,
             })
         })
@@ -157,9 +152,8 @@ fn create(
         primitive: wgpu::PrimitiveState {
             topology: match key.topology {
                 _ if key.targets.vertices_alone => wgpu::PrimitiveTopology::PointList,
-                Topology::Points => wgpu::PrimitiveTopology::TriangleStrip,
                 Topology::Lines => wgpu::PrimitiveTopology::LineList,
-                Topology::Triangles => wgpu::PrimitiveTopology::TriangleList,
+                Topology::Points | Topology::Triangles => wgpu::PrimitiveTopology::TriangleList,
             },
             front_face: if key.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
             cull_mode: match key.faces {

@@ -229,17 +229,12 @@ fn push_draw(commands: &mut Vec<Command>, state: &mut State, draw: &Draw, world:
         state.index_page = index_page;
     }
     let instances = draw.instances.clone();
-    commands.push(if item.topology == Topology::Points {
-        // Points are the instances of one disc, whose corners are what is drawn.
-        Command::Draw { elements: instances, instances: elements, is_indexed: false }
-    } else {
-        Command::Draw { elements, instances, is_indexed: index_page.is_some() }
-    });
+    commands.push(Command::Draw { elements, instances, is_indexed: index_page.is_some() });
 }
 
-/// Makes a draw of `item` one of its vertices. The corners of points are its instances, and so they are.
+/// Makes a draw of `item` one of its vertices.
 fn draw_vertices(draw: Option<&mut Command>, item: &Item, geometry: &Geometry) {
-    if let (Some(Command::Draw { elements, is_indexed, .. }), true) = (draw, item.topology != Topology::Points) {
+    if let Some(Command::Draw { elements, is_indexed, .. }) = draw {
         let primitive = &geometry.primitives(item.mesh as usize)[item.primitive as usize];
         let of_page = || primitive.vertices.units.clone();
         *elements = if item.vertex_page.is_some() { of_page() } else { 0..primitive.vertex_count };
