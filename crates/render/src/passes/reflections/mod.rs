@@ -34,10 +34,12 @@ const THICKNESS_MAX_SHARE: f32 = 0.2;
 /// The share of the distance over which reflections fade out.
 const FADE_SHARE: f32 = 0.25;
 
-/// The noise of so many rays averages out by itself, where they meet small lamps, too.
+/// Stills of so many samples are not filtered where all of them follow rays: the noise averages out by itself, where rays
+/// meet small lamps, too.
 const UNFILTERED_RAYS: u32 = 64;
 
-/// The same of the first samples of a still, which are many where it is to be clean.
+/// The same where only the first samples follow rays, a quarter of the still's, and the others show their mean: so many of
+/// those, which are many where the still is to be clean.
 const UNFILTERED_MEAN: u32 = 256;
 
 /// The rays of a square whose mean the filter takes.
