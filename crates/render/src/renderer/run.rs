@@ -1,10 +1,12 @@
 //! One frame: its views are made ready, recorded, planned and run.
 
+use super::asked::{Asked, ViewPart};
 use super::captures::{Captures, Part};
 use super::counts::{light_draws, sum_pairs};
 use super::fisheye::parts_of;
+use super::lit::{Lit, World};
 use super::output::{Output, ViewState};
-use super::prepare::{Asked, Lit, Ready, ViewPart, World};
+use super::prepare::Ready;
 use super::recording::{OfScene, Recorded, RecordedView, record_views};
 use super::shadows::Atlas;
 use super::temporal::{TemporalAsked, move_mirrors};
