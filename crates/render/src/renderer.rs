@@ -5,6 +5,7 @@ mod captures;
 mod constants;
 mod counts;
 mod effects;
+mod execute;
 mod fisheye;
 mod ground;
 mod lit;
