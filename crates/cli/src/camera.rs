@@ -6,6 +6,9 @@ use glam::{Mat4, Quat, Vec3};
 use manypass_scene::framing::{self, Framing, look_along, orbit_rotation};
 use manypass_scene::{Projection, Scene};
 
+/// What `--camera` takes for the automatic camera; a camera of that name is taken by its index.
+pub const AUTOMATIC: &str = "auto";
+
 /// Where the camera is.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub enum Place {

@@ -20,7 +20,7 @@ pub fn framing(scene: &mut Scene, args: &RenderArgs) -> Result<Framing, Failure>
     };
     // A turntable takes no camera of the file; a room turns around who stands in it.
     let turns_by_itself = args.turntable.is_some() && args.frame.orbit.is_none();
-    let is_automatic = args.frame.camera.as_deref() == Some("auto");
+    let is_automatic = args.frame.camera.as_deref() == Some(camera::AUTOMATIC);
     Ok(if turns_by_itself || is_automatic { framing.looking_inside(scene) } else { framing })
 }
 

@@ -91,6 +91,8 @@ shared_constants! {
     TABLE_WIDTH: u32 = 1024;
     /// Entries in a row of the lists of lights. WebGL 2 promises no wider textures.
     LIST_WIDTH: u32 = 2048;
+    /// The widest penumbra, as a share of half the side of a shadow's tile.
+    PENUMBRA_MAX: f32 = 0.25;
     /// Lights of a batch of the path `forward-batched`.
     LIGHTS_PER_BATCH: u32 = 8;
     /// Texels of a decal in the table of lights.

@@ -337,7 +337,7 @@ fn mirrored_passes(
     let objects: Vec<u32> = mirrors.iter().map(|mirror| mirror.object).collect();
     let ids = ids::record_of(r, "mirrors.ids", &objects, depth)?;
     let texture = mirrors::record(r, mirrors, gbuffer, &ids)?;
-    Ok(Some(Reflections { texture, side_px: 1, distances: None }))
+    Ok(Some(Reflections { texture, side_px: 1 }))
 }
 
 /// Puts what mirrors reflect in the place of the environment's specular light.

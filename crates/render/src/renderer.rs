@@ -1,11 +1,14 @@
 //! The renderer: keeps what lasts from frame to frame, and runs the frame.
 
+mod asked;
 mod captures;
 mod constants;
 mod counts;
 mod effects;
+mod execute;
 mod fisheye;
 mod ground;
+mod lit;
 mod live_probes;
 mod metering;
 mod mirrors;

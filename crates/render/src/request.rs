@@ -1,26 +1,25 @@
 //! What a frame is asked for, and what is told of it afterwards.
 
+mod error;
+mod stats;
+
+pub use error::RenderError;
+pub use stats::{FrameStats, PairCounts, PassPicture};
+
 use crate::aov::Aov;
 use crate::camera_settings::Fisheye;
 use crate::effect::{Effect, EffectStage};
 use crate::environment::Environment;
 use crate::exposure::{Adaptation, Exposure, Metering};
 use crate::fisheye::FisheyeLens;
-use crate::gpu::GpuError;
-use crate::levels::LevelCount;
-use crate::overlay::OverlayError;
 use crate::passes::upscale::UpscaleMethod;
 use crate::pose::Pose;
-use crate::quality::Quality;
-use crate::record::LegendEntry;
 use crate::render_settings::Path;
-use crate::settings::{Settings, SettingsError, Switch};
-use crate::shader::program::ProgramError;
+use crate::settings::{Settings, Switch};
 use crate::shadows::Dealing;
 use crate::transparency::TransparencyMode;
 use crate::view::View;
 use glam::Vec4;
-use manypass_graph::PlanError;
 use manypass_scene::capture::LAYERS_ALL;
 use manypass_scene::{Framing, Overlay, Scene};
 use std::cell::LazyCell;
@@ -345,194 +344,4 @@ impl FrameRequest {
             overlay: Arc::default(),
         }
     }
-}
-
-/// Why there is no frame.
-#[derive(Debug, thiserror::Error)]
-pub enum RenderError {
-    /// The device failed.
-    #[error(transparent)]
-    Gpu(#[from] GpuError),
-    /// A shader failed.
-    #[error(transparent)]
-    Program(#[from] ProgramError),
-    /// The frame graph is contradictory.
-    #[error(transparent)]
-    Plan(#[from] PlanError),
-    /// The settings do not go together.
-    #[error(transparent)]
-    Settings(#[from] SettingsError),
-    /// The picture does not fit the adapter.
-    #[error("a picture of {width} × {height} pixels is not possible: each side must be 1 to {limit} on this adapter")]
-    Size {
-        /// The width that was asked for.
-        width: u32,
-        /// The height that was asked for.
-        height: u32,
-        /// The largest side.
-        limit: u32,
-    },
-    /// The picture fits the adapter, but not at the size at which it is shaded.
-    #[error(
-        "a picture of {width} × {height} pixels is shaded at {} × {} by `render.scale`, and each side must be 1 to {limit} on \
-         this adapter",
-        shaded.0, shaded.1
-    )]
-    ShadedSize {
-        /// The width that was asked for.
-        width: u32,
-        /// The height that was asked for.
-        height: u32,
-        /// The width and height at which it would be shaded.
-        shaded: (u32, u32),
-        /// The largest side.
-        limit: u32,
-    },
-    /// The textures of the frame would take more memory than [`crate::Renderer::set_memory_budget`] allows.
-    #[error("the textures of the frame take {needed_bytes} bytes more, but {budget_bytes} are allowed")]
-    Memory {
-        /// What they take beyond what the renderer holds already.
-        needed_bytes: u64,
-        /// What is allowed.
-        budget_bytes: u64,
-    },
-    /// The caller's target cannot be drawn to.
-    #[error("the target cannot be drawn to: {0}")]
-    Target(String),
-    /// A camera with parallel rays has no focal length, and so no lens.
-    #[error("the camera has parallel rays, and depth of field (`camera.f_stop`) needs a perspective one")]
-    ParallelLens,
-    /// What is to be drawn over the picture cannot be.
-    #[error(transparent)]
-    Overlay(#[from] OverlayError),
-    /// A fisheye picture cannot be what it is asked to be.
-    #[error("a fisheye picture (`camera.fisheye`) {0}")]
-    Fisheye(&'static str),
-    /// A picture within the picture asks for a tier of quality that there is not.
-    #[error("a picture within the picture asks for the quality `{quality}`; there are {known}", known = Quality::NAMES.join(", "))]
-    CaptureQuality {
-        /// What it asks for.
-        quality: String,
-    },
-    /// Two views of a frame have one name.
-    #[error("two views of the frame are called `{0}`")]
-    ViewTwice(String),
-    /// Whoever follows the progress of something long said to stop.
-    #[error("stopped")]
-    Stopped,
-    /// [`crate::Renderer::load`] was not called, or nothing was rendered yet.
-    #[error("{0}")]
-    Missing(&'static str),
-}
-
-impl RenderError {
-    /// Whether the device went away, so that nothing more can be rendered with it.
-    pub fn is_device_lost(&self) -> bool {
-        matches!(self, Self::Gpu(GpuError::Lost(_)))
-    }
-}
-
-/// Numbers of the last frame.
-#[derive(Clone, Debug, Default, serde::Serialize)]
-pub struct FrameStats {
-    /// Draw calls of surfaces.
-    pub draws: u32,
-    /// Draw calls that only light what others drew: one for each rectangle of the picture that lights reach, volumes
-    /// and what marks them, later batches of surfaces.
-    pub light_draws: u32,
-    /// Bytes that the frame's passes write if each covers its targets once.
-    pub written_bytes: u64,
-    /// Triangles of all draws.
-    pub triangles: u64,
-    /// Pictures within the picture that were drawn: what monitors show. Each is a view of its own.
-    pub captures: u32,
-    /// Pictures within the picture that were left out, because nobody sees them, or it was not their turn.
-    pub captures_left_out: u32,
-    /// Probes that were looked around, to find their light. A still has looked around all before its first frame.
-    pub probes_captured: u32,
-    /// What of them is of each level of detail, of all that has levels; those of the finest first.
-    pub levels: Vec<LevelCount>,
-    /// Lights of the scene; that of an environment is none of them.
-    pub lights: u32,
-    /// Those of them that are left out because what they reach is seen too small (`lights.min_px`), of several views in
-    /// the one that leaves out the most.
-    pub lights_too_small: u32,
-    /// Entries of all lists of lights.
-    pub list_entries: u64,
-    /// Views whose lists of lights were made for the frame, because something changed that they are made of.
-    pub light_lists_made: u32,
-    /// Milliseconds to make the lists of lights, or to find that they are still right.
-    pub culling_ms: f64,
-    /// Lights that cast shadows and have shadow maps.
-    pub shadowed_lights: u32,
-    /// Tiles of shadow maps that were drawn for the frame.
-    pub shadow_tiles_drawn: u32,
-    /// Tiles of shadow maps that were kept from the frames before, because nothing in them changed.
-    pub shadow_tiles_kept: u32,
-    /// Lights whose shadow maps are less than half as fine as the picture asks for, because the atlas is full.
-    pub lights_starved: u32,
-    /// Lights that should cast shadows and for whose shadow maps the atlas has no place: they shine through everything.
-    pub lights_beyond_atlas: u32,
-    /// Lights that cast shadows and share the atlas by turns.
-    pub lights_dealt: u32,
-    /// Rounds in which they have their turns.
-    pub light_rounds: u32,
-    /// Lights inside of surfaces that glow, such as a bulb, which cast no shadow of theirs.
-    pub lights_in_emitters: u32,
-    /// Bytes of the texture of all shadow maps.
-    pub texture_bytes_of_shadows: u64,
-    /// Bind groups that were made for the frame, because nothing alike was bound in the frames before.
-    pub bind_groups_made: u64,
-    /// Render bundles that were executed, in place of the draws that they hold.
-    pub bundles_executed: u64,
-    /// How often passes bound another pipeline, or another material, for the surfaces that they draw.
-    pub binding_changes: u64,
-    /// Programs and pipelines that were made for the frame.
-    pub pipelines_made: u64,
-    /// Bytes that were uploaded for the frame because they changed: uniforms, instances, lights, lists, poses, and what
-    /// of the scene is new since the last frame or [`crate::Renderer::load`].
-    pub uploaded_bytes: u64,
-    /// Bytes of the frame's textures after aliasing.
-    pub texture_bytes: u64,
-    /// Bytes of the frame's textures without aliasing.
-    pub texture_bytes_unaliased: u64,
-}
-
-/// Pairs of a light and what it may reach: a pixel of the picture, or on forward paths a fragment that is drawn, or
-/// with Gouraud shading a vertex.
-#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
-pub struct PairCounts {
-    /// Iterations of the loop over lights.
-    pub pairs_visited: u64,
-    /// Reflectance evaluated.
-    pub pairs_shaded: u64,
-    /// The place lies within the light's range, and within its cone.
-    pub pairs_in_range: u64,
-    /// Visited, but not even tested for their distance, because the light lies before or behind all of the tile's
-    /// surfaces (tiled lighting alone).
-    pub pairs_passed_over: u64,
-}
-
-impl std::ops::AddAssign for PairCounts {
-    fn add_assign(&mut self, other: Self) {
-        self.pairs_visited += other.pairs_visited;
-        self.pairs_shaded += other.pairs_shaded;
-        self.pairs_in_range += other.pairs_in_range;
-        self.pairs_passed_over += other.pairs_passed_over;
-    }
-}
-
-/// The picture of one target of one pass.
-#[derive(Clone, Debug)]
-pub struct PassPicture {
-    /// Pass and target.
-    pub name: String,
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// sRGB, opaque.
-    pub rgba8: Vec<u8>,
-    /// What its colours mean, if the pass says so.
-    pub legend: Vec<LegendEntry>,
 }

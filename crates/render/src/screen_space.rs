@@ -11,21 +11,15 @@ pub struct Reflections {
     pub texture: Handle,
     /// Pixels along a texel's side.
     pub side_px: u32,
-    /// How far away surfaces were, if an earlier sample of a still found it, at a smaller size, for all.
-    pub distances: Option<Handle>,
 }
 
 impl Reflections {
     /// Declares that `step` reads them, if there are any, under the names of `shaders/coarse_reflections.wgsl`.
     pub fn read_by<'r, 'f>(found: Option<&Self>, step: Fullscreen<'r, 'f>) -> Fullscreen<'r, 'f> {
         let Some(found) = found else {
-            return step.stand_in("found_reflections").stand_in("found_distances");
+            return step.stand_in("found_reflections");
         };
-        let step = step.constant("reflections_side", found.side_px).read("found_reflections", &found.texture);
-        match &found.distances {
-            None => step.stand_in("found_distances"),
-            Some(distances) => step.constant("found_before", 1).read("found_distances", distances),
-        }
+        step.constant("reflections_side", found.side_px).read("found_reflections", &found.texture)
     }
 }
 

@@ -1,12 +1,9 @@
 //! The flags of the camera, checked.
 
 use crate::args::FrameArgs;
-use crate::camera::{CameraSpec, Place};
+use crate::camera::{AUTOMATIC, CameraSpec, Place};
 use crate::failure::Failure;
 use glam::Vec3;
-
-/// What `--camera` takes for the automatic camera; a camera of that name is taken by its index.
-const AUTOMATIC: &str = "auto";
 
 /// The largest coordinate and distance: their squares, and sums of those, can still be computed.
 const LARGEST: f32 = 1e15;

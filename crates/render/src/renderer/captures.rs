@@ -1,8 +1,8 @@
 //! Pictures within the picture: which monitors and mirrors a frame shows, and what is asked of the views of monitors'
 //! cameras.
 
+use super::asked::ViewPart;
 use super::mirrors::{MirrorSeen, Mirrors, VIEWS_MAX};
-use super::prepare::ViewPart;
 use super::{Purpose, Renderer};
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::draws::may_show;

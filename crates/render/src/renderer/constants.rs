@@ -1,7 +1,7 @@
 //! What the pipelines of a view know when they are made.
 
+use super::asked::{Asked, ViewPart};
 use super::mirrors::{MirrorView, Reflector};
-use super::prepare::{Asked, ViewPart};
 use super::shadows::takes_one_tap;
 use super::surroundings::FrameSurroundings;
 use crate::decals::DECALS;

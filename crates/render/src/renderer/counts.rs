@@ -1,6 +1,6 @@
 //! Numbers of a frame: draws that only light, and pairs of light and what it may reach.
 
-use super::prepare::Asked;
+use super::asked::Asked;
 use crate::aov::f32_from_half;
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::draws::WorldDraws;

@@ -1,8 +1,8 @@
 //! Fisheye pictures: what is asked of the views that they are put together from.
 
 use super::Renderer;
+use super::asked::ViewPart;
 use super::captures::Part;
-use super::prepare::ViewPart;
 use crate::camera_settings::Fisheye;
 use crate::fisheye::{Face, FisheyeFaces, FisheyeInfo};
 use crate::request::{Averaging, FrameRequest};

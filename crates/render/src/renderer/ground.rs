@@ -1,8 +1,9 @@
 //! The ground of a frame: its map on the device, and whether that is still right.
 
 use super::Renderer;
+use super::asked::Asked;
+use super::lit::World;
 use super::output::ViewState;
-use super::prepare::{Asked, World};
 use crate::draws::Tile;
 use crate::gpu::Gpu;
 use crate::ground::{Ground, GroundMap, map_under, parallel_light, side_texels};

@@ -1,7 +1,7 @@
 //! Probes whose light frames find: what is asked of the views around them, and where what they show belongs.
 
+use super::asked::{Asked, ViewPart};
 use super::captures::{Captures, Part};
-use super::prepare::{Asked, ViewPart};
 use super::probes::{DueProbe, place_of};
 use super::surroundings::{FrameSurroundings, side_request};
 use super::{Purpose, Renderer};

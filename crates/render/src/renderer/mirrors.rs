@@ -1,7 +1,7 @@
 //! Flat mirrors: which a view shows, and what is asked of the views behind them.
 
+use super::asked::ViewPart;
 use super::captures::{Part, settings_of, widest_range};
-use super::prepare::ViewPart;
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::environment::Background;
 use crate::outline::is_seen;

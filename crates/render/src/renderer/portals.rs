@@ -1,7 +1,7 @@
 //! Which ends of portals a view shows.
 
+use super::asked::Asked;
 use super::mirrors::Reflector;
-use super::prepare::Asked;
 use crate::passes::portals::ShownPortal;
 use glam::Vec3;
 use manypass_graph::Handle;

@@ -1,12 +1,13 @@
 //! Records the passes of a frame's views, each with what those before it left.
 
 use super::Purpose;
+use super::asked::{Asked, ViewPart};
 use super::captures::MonitorView;
 use super::fisheye::uv_from_place;
 use super::mirrors::{MirrorSeen, Reflector};
 use super::output::ViewState;
 use super::portals::Doors;
-use super::prepare::{Asked, Ready, ViewPart, output_of};
+use super::prepare::{Ready, output_of};
 use super::surroundings::{self, FrameSurroundings, SideView, SurroundingsState};
 use super::water::Surfaces;
 use crate::aov::AovExports;

@@ -2,8 +2,9 @@
 
 use super::Purpose;
 use super::Renderer;
+use super::asked::{Asked, ViewPart};
+use super::lit::{Lit, World};
 use super::output::ViewState;
-use super::prepare::{Asked, Lit, ViewPart, World};
 use crate::gpu::Gpu;
 use crate::record::{InstanceTable, depth_texture};
 use crate::request::{FrameRequest, FrameStats};

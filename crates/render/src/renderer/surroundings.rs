@@ -2,9 +2,9 @@
 //! the texels of probes beside those of the environment.
 
 use super::Renderer;
+use super::asked::ViewPart;
 use super::captures::{Part, settings_of};
 use super::live_probes::ProbeLighting;
-use super::prepare::ViewPart;
 use super::probes::{PlacedProbes, ProbeTexels};
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
 use crate::environment::{Background, EnvironmentUniform};

@@ -1,8 +1,8 @@
 //! What views that are anti-aliased over time know of their last frame.
 
 use super::Renderer;
+use super::asked::Asked;
 use super::output::ViewState;
-use super::prepare::Asked;
 use crate::passes::taa::{FramesBefore, TemporalFrame};
 use crate::passes::upscale::UpscaleMethod;
 use crate::pose::Pose;

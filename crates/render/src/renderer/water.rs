@@ -1,7 +1,8 @@
 //! Which surfaces of water a view shows.
 
+use super::asked::Asked;
 use super::mirrors::Reflector;
-use super::prepare::{Asked, Ready};
+use super::prepare::Ready;
 use crate::mirror_picture::MirrorPicture;
 use crate::outline::is_seen;
 use crate::passes::water::ShownWater;

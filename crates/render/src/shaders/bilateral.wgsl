@@ -73,14 +73,12 @@ fn upsampled(
 override takes_one_texel: u32 = 0u;
 
 // As `upsampled`, of a smaller picture that the first sample of a still leaves, of the first pixel of each texel's square.
-// How far away surfaces were says the first channel of `distances`, or the second one of the picture itself. Samples that
-// follow take one of the four texels: each is the one in as many samples as it has weight, those that look at the side of
-// the pixel where it lies, so that their mean is the same (Pharr et al. 2024, "Filtering After Shading With Stochastic
-// Texture Filtering"); where it lies on another surface, the one across from it may be the one.
+// Its second channel says how far away surfaces were. Samples that follow take one of the four texels: each is the one in
+// as many samples as it has weight, those that look at the side of the pixel where it lies, so that their mean is the same
+// (Pharr et al. 2024, "Filtering After Shading With Stochastic Texture Filtering"); where it lies on another surface, the
+// one across from it may be the one.
 fn upsampled_by_distances(
     coarse: texture_2d<f32>,
-    distances: texture_2d<f32>,
-    is_in_picture: bool,
     position_px: vec2f,
     side: u32,
     shift: f32,
@@ -92,9 +90,9 @@ fn upsampled_by_distances(
     if takes_one_texel != 0u {
         let turn = fract(plastic_turn(view.sample_index) + 0.5);
         let chosen = floor(place + turn);
-        let first = texel_at(coarse, distances, is_in_picture, chosen, side, plane, reach_m);
+        let first = texel_at(coarse, chosen, side, plane, reach_m);
         let across = 2.0 * corner + 1.0 - chosen;
-        let other = texel_at(coarse, distances, is_in_picture, across, side, plane, reach_m);
+        let other = texel_at(coarse, across, side, plane, reach_m);
         let is_first = first.trust >= min(other.trust, LIKENESS_ENOUGH);
         return Upsampled(select(other.value, first.value, is_first), select(other.trust, first.trust, is_first));
     }
@@ -105,7 +103,7 @@ fn upsampled_by_distances(
     for (var y = 0; y < 2; y++) {
         for (var x = 0; x < 2; x++) {
             let step = vec2f(vec2i(x, y));
-            let texel = texel_at(coarse, distances, is_in_picture, corner + step, side, plane, reach_m);
+            let texel = texel_at(coarse, corner + step, side, plane, reach_m);
             let near = mix(1.0 - between, between, step);
             let weight = (near.x * near.y + LIKENESS_MIN) * (texel.trust + LIKENESS_MIN);
             sum += texel.value * weight;
@@ -119,8 +117,6 @@ fn upsampled_by_distances(
 // One texel of it, and how much it is of the same surface.
 fn texel_at(
     coarse: texture_2d<f32>,
-    distances: texture_2d<f32>,
-    is_in_picture: bool,
     index: vec2f,
     side: u32,
     plane: TangentPlane,
@@ -130,12 +126,8 @@ fn texel_at(
     let texel = clamp(index, vec2f(0.0), size - 1.0);
     let uv = (texel + 0.5) / size;
     let value = textureSampleLevel(coarse, nearest_clamp, uv, 0.0);
-    var distance_m = value.g;
-    if !is_in_picture {
-        distance_m = textureSampleLevel(distances, nearest_clamp, uv, 0.0).r;
-    }
     let middle_px = min(texel * f32(side) + 0.5, view.size_px - 0.5);
-    return Upsampled(value, likeness_of_distance(plane, middle_px, distance_m, reach_m));
+    return Upsampled(value, likeness_of_distance(plane, middle_px, value.g, reach_m));
 }
 
 // The mean over 4 × 4 texels, from 2 before a texel's middle to 1 after, of those that lie on the same surface (Tomasi

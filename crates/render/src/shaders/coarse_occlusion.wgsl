@@ -32,8 +32,7 @@ fn seen_by_sample(position_px: vec2f, distance_m: f32, surface: Surface, shading
     }
     let plane = tangent_plane_of(surface.normal_world, position_px, distance_m);
     let reach_m = coarse_occlusion.reach_m;
-    let found = upsampled_by_distances(
-        screen_occlusion, screen_occlusion, true, position_px, occlusion_side, SHIFT, plane, reach_m);
+    let found = upsampled_by_distances(screen_occlusion, position_px, occlusion_side, SHIFT, plane, reach_m);
     let trust = found.trust / (found.trust + TRUST_HALF);
     return seen_of(vec4f(mix(1.0, found.value.r, trust), 0.0, 0.0, 0.0), surface, shading);
 }

@@ -5,6 +5,7 @@
 // tiles: see `shadows/projection.rs`.
 
 import package::view::view;
+import package::constants::PENUMBRA_MAX;
 import package::shaders::hash::gradient_noise;
 import package::shaders::light_table::{
     LIGHT_SHADOW, cluster_grid, light_part, light_place, table_rows,
@@ -41,8 +42,6 @@ const DEPTH_SLACK_SHARE: f32 = 2e-5;
 const POSITION_SLACK_SHARE: f32 = 7e-7;
 // Comparisons of a penumbra, and looks for what blocks the light.
 const PENUMBRA_TAPS: u32 = 16u;
-// The widest penumbra, as a share of half the tile.
-const PENUMBRA_MAX: f32 = 0.25;
 // The golden angle: successive points of a spiral lie nowhere near each other (Vogel 1979).
 const GOLDEN_ANGLE: f32 = 2.39996323;
 

@@ -5,6 +5,7 @@ use super::casters::{Caster, Casters, OfLight};
 use super::dealing::is_wide;
 use super::projection::{BORDER_TEXELS, TileProjection, cube_faces, looking_along};
 use super::{Dealing, LightKey, SIDE_MIN, ShadowFilter, ShadowSettings, Shadows};
+use crate::constants::PENUMBRA_MAX;
 use crate::draws::WorldDraws;
 use crate::lights::{LightTable, TableLight};
 use crate::view::{DepthRange, View};
@@ -65,8 +66,6 @@ const SPOT_MAX_RAD: f32 = FRAC_PI_3;
 /// The nearest caster as a share of the range, in metres at most and at least.
 const NEAR_SHARE: f32 = 1.0 / 512.0;
 const NEAR_M: [f32; 2] = [1e-4, 0.02];
-/// The widest penumbra that `shadows.wgsl` finds, as a share of half the tile: its constant of that name.
-const PENUMBRA_MAX: f32 = 0.25;
 /// The sides in texels of maps for what is around places: of lights at a place, as fine over a right angle as the views
 /// around probes are, and of directional ones, over the whole scene.
 const AROUND_PX: f32 = 64.0;

@@ -1,6 +1,7 @@
 //! The shore of a lake: sand that goes down into the water, boulders, a jetty, and a stone basin; dry, a place for water.
 
-use super::{Demo, lathe, pose};
+use super::shapes::lathe;
+use super::{Demo, pose};
 use crate::primitives::{cube, cylinder, plane, torus, uv_sphere};
 use crate::{Animation, Camera, Channel, Interpolation, Keyframes, Node, NodeId, Primitive, Projection, Scene};
 use glam::{Quat, Vec2, Vec3};

@@ -1,7 +1,7 @@
 // reflections.compose: what the picture shows of a surface's reflection takes the place of the environment's, with the
 // same shares of both.
-// Reads: found_reflections, found_distances, G-buffer, linear_depth, occlusion, the environment. Writes: the
-// difference, to be added to radiance.
+// Reads: found_reflections, G-buffer, linear_depth, occlusion, the environment. Writes: the difference, to be added to
+// radiance.
 // Program: reflections_compose.
 
 import package::view::position_world_from_pixel;

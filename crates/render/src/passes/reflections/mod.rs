@@ -15,6 +15,7 @@ use crate::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 use crate::gbuffer::{Gbuffer, LINEAR_DEPTH, RADIANCE};
 use crate::occlusion::Occlusion;
 use crate::record::{ADD, Fullscreen, PicturePart, Recorder, Which};
+use crate::resolution::Resolution;
 use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
 use glam::Vec2;
@@ -34,17 +35,16 @@ const THICKNESS_MAX_SHARE: f32 = 0.2;
 /// The share of the distance over which reflections fade out.
 const FADE_SHARE: f32 = 0.25;
 
-/// The noise of so many rays averages out by itself, where they meet small lamps, too.
+/// Stills of so many samples are not filtered where all of them follow rays: the noise averages out by itself, where rays
+/// meet small lamps, too.
 const UNFILTERED_RAYS: u32 = 64;
 
-/// The same of the first samples of a still, which are many where it is to be clean.
+/// The same where only the first samples follow rays, a quarter of the still's, and the others show their mean: so many of
+/// those, which are many where the still is to be clean.
 const UNFILTERED_MEAN: u32 = 256;
 
 /// The rays of a square whose mean the filter takes.
 const FILTERED_RAYS: u32 = 16;
-
-/// From so many samples on that draw all of a still, each follows rays of its own.
-const MEAN_SAMPLES: u32 = 2;
 
 /// Levels of the picture's light, the first of half its size.
 const COARSE_LEVELS: u32 = 5;
@@ -127,35 +127,29 @@ pub fn is_needed(r: &Recorder<'_, '_>, settings: &ReflectionSettings) -> bool {
 }
 
 /// What samples of a still that leaves tiles out have of earlier ones.
-pub struct Kept<'s> {
-    kept: Keeping<'s>,
+pub struct Kept {
+    kept: Keeping,
     is_dark: bool,
 }
 
-enum Keeping<'s> {
+enum Keeping {
     /// Each sample looks for itself.
     Nothing,
-    /// There is no earlier one.
-    Look(Box<Look<'s>>),
     /// This one is among the first, which are so many.
     Mean(History, u32),
     /// It is there.
     Found(Reflections),
 }
 
-impl<'s> Kept<'s> {
+impl Kept {
     /// What there is of earlier samples.
-    pub fn new(r: &mut Recorder<'_, '_>, settings: &'s ReflectionSettings) -> Self {
+    pub fn new(r: &mut Recorder<'_, '_>, settings: &ReflectionSettings) -> Self {
         let kept = match r.view.whole_samples.filter(|_| is_needed(r, settings)) {
             None => Keeping::Nothing,
-            Some(whole) if whole < MEAN_SAMPLES => {
-                let look = Look::new(r, settings);
-                if look.is_there { Keeping::Found(look.found()) } else { Keeping::Look(Box::new(look)) }
-            }
             Some(whole) => {
                 let mean = r.history("reflections.mean", r.view.desc(RADIANCE));
                 if !mean.is_first && r.view.uniform.sample_index >= whole {
-                    Keeping::Found(Reflections { texture: mean.previous, side_px: 1, distances: None })
+                    Keeping::Found(Reflections { texture: mean.previous, side_px: 1 })
                 } else {
                     Keeping::Mean(mean, whole)
                 }
@@ -180,7 +174,7 @@ impl<'s> Kept<'s> {
 pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &ReflectionSettings,
-    (seen, kept): (Seen<'_>, Kept<'_>),
+    (seen, kept): (Seen<'_>, Kept),
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
     if !is_needed(r, settings) || kept.found().is_some() {
@@ -188,8 +182,7 @@ pub fn record(
     }
     let met = seen.radiance.unwrap_or(&radiance);
     let found = match kept.kept {
-        Keeping::Nothing => Tracing::new(r, settings, (r.view.sample_count, UNFILTERED_RAYS)).found(r, seen, met)?,
-        Keeping::Look(look) => look.record(r, seen, met)?,
+        Keeping::Nothing => Tracing::new(r, settings, (r.view.sample_count, UNFILTERED_RAYS)).record(r, seen, met)?,
         Keeping::Mean(mean, whole) => record_mean(r, settings, (seen, met), (mean, whole))?,
         Keeping::Found(found) => found,
     };
@@ -212,41 +205,6 @@ pub fn record_composed(
     step.over(PicturePart::Lit, seen.depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }
 
-/// Of a still of few samples whose later ones leave tiles out: what its first sample finds for all, with its noise
-/// filtered, and how far away surfaces were.
-struct Look<'s> {
-    tracing: Tracing<'s>,
-    reflections: History,
-    distances: History,
-    is_there: bool,
-}
-
-impl<'s> Look<'s> {
-    fn new(r: &mut Recorder<'_, '_>, settings: &'s ReflectionSettings) -> Self {
-        let tracing = Tracing::new(r, settings, (1, UNFILTERED_RAYS));
-        let reflections = r.history("reflections.look", tracing.desc);
-        let distances = r.history("reflections.distances", TextureDesc { format: LINEAR_DEPTH, ..tracing.desc });
-        let is_there = !reflections.is_first && r.view.uniform.sample_index > 0;
-        Self { tracing, reflections, distances, is_there }
-    }
-
-    /// What is there of an earlier sample.
-    fn found(self) -> Reflections {
-        let (texture, distances) = (self.reflections.previous, Some(self.distances.previous));
-        Reflections { texture, side_px: self.tracing.side_px, distances }
-    }
-
-    fn record(self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, met: &Handle) -> Result<Reflections, ProgramError> {
-        let side_px = self.tracing.side_px;
-        let texture = self.tracing.record(r, seen, met, self.reflections.next)?;
-        let step = seen.gbuffer.read_by(r.fullscreen("reflections.distances", "reflections_keep", &[]));
-        let step = Reflections::read_by(None, step).constant("reflections_side", side_px);
-        let step = step.stand_in("previous_reflections");
-        step.draw_into(self.distances.next, ColorLoad::Discard)?;
-        Ok(Reflections { texture, side_px, distances: None })
-    }
-}
-
 /// Of a still whose later samples leave tiles out: the mean of what each of its first `whole` samples finds, which draw
 /// all that is reflected, and are as many as take the noise out.
 fn record_mean(
@@ -255,10 +213,10 @@ fn record_mean(
     (seen, met): (Seen<'_>, &Handle),
     (mean, whole): (History, u32),
 ) -> Result<Reflections, ProgramError> {
-    let found = Tracing::new(r, settings, (whole, UNFILTERED_MEAN)).found(r, seen, met)?;
+    let found = Tracing::new(r, settings, (whole, UNFILTERED_MEAN)).record(r, seen, met)?;
     let step = seen.gbuffer.read_by(r.fullscreen("reflections.mean", "reflections_keep", &[]));
-    let step = Reflections::read_by(Some(&found), step).constant("averages", 1);
-    step.read("previous_reflections", &mean.previous).draw_into(mean.next, ColorLoad::Discard)?;
+    let step = Reflections::read_by(Some(&found), step).read("previous_reflections", &mean.previous);
+    step.draw_into(mean.next, ColorLoad::Discard)?;
     Ok(found)
 }
 
@@ -288,29 +246,13 @@ impl<'s> Tracing<'s> {
         }
     }
 
-    /// The name of the texture that holds what is found.
-    fn last_name(&self) -> &'static str {
-        if self.is_filtered { "reflections.filter" } else { "reflections" }
-    }
-
-    /// What a sample finds by itself.
-    fn found(&self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, met: &Handle) -> Result<Reflections, ProgramError> {
-        let target = r.texture_of(self.last_name(), self.desc);
-        Ok(Reflections { texture: self.record(r, seen, met, target)?, side_px: self.side_px, distances: None })
-    }
-
-    /// Follows rays, and draws what they bring into `target`.
-    fn record(
-        &self,
-        r: &mut Recorder<'_, '_>,
-        seen: Seen<'_>,
-        met: &Handle,
-        target: Handle,
-    ) -> Result<Handle, ProgramError> {
+    /// Follows rays, and draws what they bring.
+    fn record(&self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, met: &Handle) -> Result<Reflections, ProgramError> {
         let Self { settings, desc, side_px, is_filtered, .. } = *self;
+        let target = r.texture_of(if is_filtered { "reflections.filter" } else { "reflections" }, desc);
         let pyramid = record_pyramid(r, &seen.gbuffer.linear_depth)?;
         let coarse_radiance = record_coarse_radiance(r, met)?;
-        let backs = if settings.thickness_m > 0.0 { None } else { Some(record_backs(r)?) };
+        let backs = if settings.thickness_m > 0.0 { None } else { Some(record_backs(r, settings.resolution)?) };
         let is_of_pixels = side_px == 1 && seen.depth.desc().samples == 1;
         let of_lit = |step: Fullscreen<'_, '_>, target| {
             let step = step.constant("side", side_px).uniform("reflections", &self.uniform);
@@ -332,24 +274,25 @@ impl<'s> Tracing<'s> {
             None => step.stand_in("mirrored"),
         };
         let found = of_lit(step, noisy)?;
-        let Some(target) = filtered else { return Ok(found) };
+        let Some(target) = filtered else { return Ok(Reflections { texture: found, side_px }) };
         let step = seen.gbuffer.read_by(r.fullscreen("reflections.filter", "reflections_filter", &[]));
-        of_lit(step.read("noisy_reflections", &found), target)
+        Ok(Reflections { texture: of_lit(step.read("noisy_reflections", &found), target)?, side_px })
     }
 }
 
-/// How far away the backs of bodies are, so that it is known where what is seen of them ends.
-fn record_backs(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
-    let depth = r.texture_of(
-        "reflections.backs",
-        TextureDesc { format: r.frame.gpu.capabilities.depth_format, ..r.view.desc(LINEAR_DEPTH) },
-    );
+/// How far away the backs of bodies are, so that it is known where what is seen of them ends: at the full size where rays
+/// have it, else at half of it. Rays of a quarter meet pixels of the full size, too, and larger texels tear edges.
+fn record_backs(r: &mut Recorder<'_, '_>, rays: Resolution) -> Result<Handle, ProgramError> {
+    let resolution = if rays == Resolution::Full { Resolution::Full } else { Resolution::Half };
+    let depth = resolution.desc(r.view, r.frame.gpu.capabilities.depth_format);
+    let depth = r.texture_of("reflections.backs", depth);
     let mut pass = r.surfaces("reflections.backs", "geometry");
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.backs();
     pass.draw_opaque(Which::Hiding)?;
-    let target = r.texture("reflections.back_distances", LINEAR_DEPTH);
+    let target = r.texture_of("reflections.back_distances", resolution.desc(r.view, LINEAR_DEPTH));
     let step = r.fullscreen("reflections.back_distances", "linear_depth", &[]).constant("leaves_out", 0);
+    let step = step.constant("has_own_size", u32::from(resolution != Resolution::Full));
     step.read_depth("depth", &depth).draw_into(target, ColorLoad::Discard)
 }
 

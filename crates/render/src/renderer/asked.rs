@@ -1,0 +1,218 @@
+//! What a frame is asked for of each view, checked.
+
+use super::Purpose;
+use super::captures::{MonitorView, Part};
+use super::live_probes::ProbeSide;
+use super::mirrors::{MirrorSeen, MirrorView, ROUGH_MARGIN};
+use super::output::{MeansOf, ViewState};
+use super::surroundings::SideView;
+use super::temporal::TemporalAsked;
+use crate::environment::{Environment, studio};
+use crate::fisheye::{Face, FisheyeFaces};
+use crate::gpu::Capabilities;
+use crate::lens::SampleView;
+use crate::lights::Rectangle;
+use crate::outline::{Outline, rectangle_of};
+use crate::passes::adaptive;
+use crate::request::{FrameRequest, RenderError};
+use crate::view::{DepthRange, ViewUniform};
+use glam::{Vec2, Vec4};
+use manypass_scene::{EnvironmentLight, EnvironmentMap};
+use std::sync::Arc;
+
+/// For how many samples textures are filtered where frames before add theirs.
+const TEMPORAL_SAMPLES: u32 = 4;
+
+/// One view of the frame, as it was asked for.
+pub(super) struct Asked {
+    pub name: String,
+    pub request: FrameRequest,
+    /// The picture of its environment, if that is one.
+    pub environment: Option<Arc<EnvironmentMap>>,
+    /// The light that the environment brings, turned and scaled.
+    pub environment_light: Option<EnvironmentLight>,
+    /// The size at which it is shaded; the picture itself is as large as the request says.
+    pub size: (u32, u32),
+    pub output_size: (u32, u32),
+    pub means_of: MeansOf,
+    /// The passes that its variables need, and whether any variable is wanted.
+    pub wants_variables: bool,
+    /// Whether pairs of light and what it may reach are counted in place of light.
+    pub counts_pairs: bool,
+    /// What of a picture it is.
+    pub part: ViewPart,
+    /// The mirrors that it shows.
+    pub mirrors: Vec<MirrorSeen>,
+    /// In how many other pictures the monitor is seen for whose sake it is drawn.
+    pub level: Option<u32>,
+    /// What is known of the frames before, if it is anti-aliased by them.
+    pub temporal: Option<TemporalAsked>,
+    /// By how many of its pixels a view behind a mirror is moved with the view that shows it, for the sake of the latter's
+    /// other frames.
+    pub viewer_jitter_px: Vec2,
+}
+
+/// What of a picture a view is.
+#[derive(Clone, Debug)]
+pub(super) enum ViewPart {
+    /// All of it.
+    Whole,
+    /// A view that the picture is put together from, which follows it.
+    Face(Face),
+    /// A picture that is put together from the views before it: it draws no surfaces itself.
+    Fisheye(FisheyeFaces),
+    /// What a monitor's camera sees, which views after it show.
+    Monitor(MonitorView),
+    /// What is behind a mirror, which the view after it shows.
+    Mirror(MirrorView),
+    /// A side of the pictures around a place, which views after it have as their environment.
+    Side(SideView),
+    /// A side of what is around a probe, which views after it have the light of.
+    Probe(ProbeSide),
+}
+
+impl ViewPart {
+    /// Whether it is within a picture, over which nothing is laid.
+    pub fn is_within(&self) -> bool {
+        matches!(self, Self::Face(_) | Self::Monitor(_) | Self::Mirror(_) | Self::Side(_) | Self::Probe(_))
+    }
+
+    /// Whether it is a picture of a fisheye, or a side of one, whose frustum is sheared; or what is behind a mirror in that.
+    pub fn is_of_fisheye(&self) -> bool {
+        match self {
+            Self::Face(_) | Self::Fisheye(_) => true,
+            Self::Mirror(view) => view.shear != (Vec2::ZERO, 0.0),
+            Self::Whole | Self::Monitor(_) | Self::Side(_) | Self::Probe(_) => false,
+        }
+    }
+
+    /// By how much its picture is moved, and how far it then reaches beyond its frustum, in metres a metre.
+    pub fn shear(&self) -> (Vec2, f32) {
+        match self {
+            Self::Face(face) => (face.shift_ndc(), face.beyond()),
+            Self::Mirror(view) => view.shear,
+            Self::Whole | Self::Fisheye(_) | Self::Monitor(_) | Self::Side(_) | Self::Probe(_) => (Vec2::ZERO, 0.0),
+        }
+    }
+
+    pub fn is_fisheye(&self) -> bool {
+        matches!(self, Self::Fisheye(_))
+    }
+}
+
+impl Asked {
+    pub fn new(
+        Part { name, request, part, mirrors, level }: Part,
+        environment: Option<Arc<EnvironmentMap>>,
+        purpose: &Purpose<'_>,
+        capabilities: &Capabilities,
+    ) -> Result<Self, RenderError> {
+        request.settings.check()?;
+        if request.settings.camera.f_stop > 0.0 && request.samples_lens_or_shutter() && request.camera.is_orthographic()
+        {
+            return Err(RenderError::ParallelLens);
+        }
+        if part.is_fisheye() && request.camera.is_orthographic() {
+            return Err(RenderError::Fisheye("needs a camera with perspective, and this one has parallel rays"));
+        }
+        if part.is_fisheye() && (!request.want_aovs.is_empty() || matches!(purpose, Purpose::Variables)) {
+            return Err(RenderError::Fisheye("has no variables (AOVs)"));
+        }
+        let limit = capabilities.max_texture_size;
+        // The views are shaded at that scale.
+        let scale = if part.is_fisheye() { 1.0 } else { request.settings.render.scale };
+        let shaded = |side: u32| ((side as f32 * scale).round() as u32).max(1);
+        let (width, height) = (request.width, request.height);
+        let size = (shaded(width), shaded(height));
+        let fits = |side: u32| (1..=limit).contains(&side);
+        if ![width, height].into_iter().all(fits) {
+            return Err(RenderError::Size { width, height, limit });
+        }
+        if ![size.0, size.1].into_iter().all(fits) {
+            return Err(RenderError::ShadedSize { width, height, shaded: size, limit });
+        }
+        let light = match request.settings.environment.source {
+            Environment::Studio => Some(studio::key_light()),
+            _ => environment.as_ref().and_then(|map| map.light),
+        };
+        Ok(Self {
+            name,
+            mirrors,
+            level,
+            environment_light: light.and_then(|light| request.environment_light(&light)),
+            environment,
+            size,
+            output_size: (width, height),
+            means_of: match part {
+                ViewPart::Face(_) | ViewPart::Mirror(_) | ViewPart::Side(_) | ViewPart::Probe(_) => MeansOf::Nothing,
+                // Those of a live view are not drawn in all of its frames.
+                ViewPart::Monitor(_) if request.goes_on || request.sample_count <= 1 => MeansOf::Nothing,
+                ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) => MeansOf::request(&request),
+            },
+            wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
+            counts_pairs: matches!(purpose, Purpose::Pairs(_)),
+            part,
+            temporal: None,
+            viewer_jitter_px: Vec2::ZERO,
+            request,
+        })
+    }
+
+    /// The row of the projection that gives depth before the division by w. Jitter does not change it.
+    pub fn depth_row(&self, seen: &SampleView, range: DepthRange) -> Vec4 {
+        let Self { request, size, output_size, .. } = self;
+        let uniform = seen.camera.uniform_shaded(range, *output_size, *size, Vec2::ZERO, 1.0, 0);
+        let uniform = request.clip_plane_world.map_or(uniform, |plane_world| uniform.cut_by(plane_world, range));
+        uniform.clip_from_world.row(2)
+    }
+
+    /// What an adaptive still does after this sample.
+    pub fn adaptive_step(&self) -> adaptive::Step {
+        let (sample_index, sample_count) = self.request.sample();
+        adaptive::Step::after(sample_index, sample_count)
+    }
+
+    /// For how many samples textures are filtered where frames before add theirs: more for pixels of the picture that
+    /// are smaller than those of the frame.
+    pub fn temporal_samples(&self) -> u32 {
+        let area = |size: (u32, u32)| f64::from(size.0) * f64::from(size.1);
+        let pixels = self.upscaled_to().map_or(1.0, |size| area(size) / area(self.size));
+        (f64::from(TEMPORAL_SAMPLES) * pixels).round() as u32
+    }
+
+    /// Which of the two sums holds the mean so far.
+    pub fn previous_sum(&self, state: &ViewState) -> usize {
+        if self.request.sample_index == 0 { 1 } else { state.latest_sum }
+    }
+
+    /// The outline that it draws within, and the rectangle around it, if it is behind a mirror whose pixels show one
+    /// direction each: others show what is beside.
+    pub fn outline(&self, uniform: &ViewUniform) -> Option<(Outline, Rectangle)> {
+        let ViewPart::Mirror(MirrorView { is_smooth: true, corners_world, .. }) = self.part else { return None };
+        let of_view = (uniform, corners_world, self.size);
+        Some((Outline::new(of_view.0, of_view.1, of_view.2), rectangle_of(of_view.0, of_view.1, of_view.2)))
+    }
+
+    /// How many times as wide what it draws is as what the view shows that it is drawn for.
+    pub fn margin(&self) -> f32 {
+        if let ViewPart::Mirror(MirrorView { is_smooth: false, .. }) = self.part {
+            1.0 + 2.0 * ROUGH_MARGIN
+        } else {
+            1.0
+        }
+    }
+
+    /// Whether it has textures that samples are added to, or shown in.
+    pub fn has_output(&self) -> bool {
+        !self.part.is_within() || self.means_of.go_on()
+    }
+
+    /// Whether a sample that adds to those before it finds what they left.
+    pub fn finds_means(&self, state: &ViewState) -> bool {
+        let is_first = self.request.sample_index == 0;
+        is_first
+            || !self.has_output()
+            || self.means_of == state.means_of
+                && state.output.as_ref().is_some_and(|output| output.is_of(self.output_size))
+    }
+}

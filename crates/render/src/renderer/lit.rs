@@ -1,0 +1,185 @@
+//! What views draw, and which lights reach it.
+
+use super::Renderer;
+use super::asked::{Asked, ViewPart};
+use super::output::ViewState;
+use crate::constants::DECAL_EMISSION;
+use crate::decals::{DecalTable, SharedDecals, find_touched};
+use crate::draws::{DrawList, WorldDraws};
+use crate::lens::SampleView;
+use crate::levels::Chooser;
+use crate::lights::{
+    self, ClusterLists, KeptLists, LeastLights, LightCulling, LightReaches, LightTable, ListsOf, TableOf,
+};
+use crate::passes::debug::DebugView;
+use crate::render_settings::Path;
+use crate::request::FrameStats;
+use crate::resources::SceneResources;
+use crate::view::DepthRange;
+use glam::Vec4;
+use manypass_scene::Scene;
+use std::sync::Arc;
+
+/// What all views of a frame are prepared from.
+pub(super) struct World<'s> {
+    pub scene: &'s Scene,
+    pub draws: WorldDraws,
+    /// Those that are shown.
+    decals: SharedDecals,
+    /// Most views share one.
+    tables: Vec<(TableOf, Arc<LightTable>)>,
+}
+
+impl<'s> World<'s> {
+    /// Of `scene`, from what the last frame drew.
+    pub fn new(scene: &'s Scene, resources: &SceneResources, mut draws: WorldDraws) -> Self {
+        draws.update(scene, resources);
+        let table = DecalTable::new(scene, &resources.decals);
+        draws.glows |= table.parts & DECAL_EMISSION != 0;
+        if table != *draws.decals.0 {
+            draws.decals = SharedDecals(Arc::new(table));
+        }
+        Self { scene, decals: draws.decals.clone(), draws, tables: Vec::new() }
+    }
+
+    /// The table of lights; that which the view has from its last frame if it is still right.
+    fn light_table(&mut self, of: TableOf, kept: Option<&Arc<LightTable>>) -> Arc<LightTable> {
+        if let Some((_, table)) = self.tables.iter().find(|(known, _)| *known == of) {
+            return table.clone();
+        }
+        let kept = kept.filter(|table| table.is_of(self.scene, &self.draws.lit, &of));
+        let make = || Arc::new(LightTable::new(self.scene, &self.draws.lit, of));
+        let table = kept.cloned().unwrap_or_else(make);
+        self.tables.push((of, table.clone()));
+        table
+    }
+}
+
+/// A view whose lights are known.
+pub(super) struct Lit {
+    pub range: DepthRange,
+    /// From where its sample sees it.
+    pub seen: SampleView,
+    /// Chooses levels of detail.
+    pub chooser: Chooser,
+    pub draws: Arc<DrawList>,
+    /// Whether tiles that are settled are left out once some are.
+    pub is_adaptive: bool,
+    /// Its lists of lights, if they had to be made.
+    pub made: Option<(ClusterLists, LightReaches)>,
+}
+
+impl Renderer {
+    /// Finds what a view draws, its lights, and their lists, which its state has from then on.
+    pub(super) fn light(
+        &self,
+        asked: &Asked,
+        world: &mut World<'_>,
+        state: &mut ViewState,
+        stats: &mut FrameStats,
+    ) -> Lit {
+        let range = asked.request.camera.depth_range(&world.draws.bounds_world);
+        let Asked { request, size, output_size, .. } = asked;
+        let aspect = output_size.0 as f32 / output_size.1 as f32;
+        let seen = SampleView::of(request, aspect, &world.draws.bounds_world);
+        let (shift_ndc, beyond) = asked.part.shear();
+        let seen = seen.sheared(shift_ndc, beyond);
+        let (lists, made) = self.lists_of(asked, (&seen, range), world, state.lists.take(), stats);
+        state.lists = Some(lists);
+        let chooser = Chooser::new(&request.camera, *output_size, &request.settings.lod, &world.draws.groups);
+        let jitter_px = asked.temporal_jitter_px();
+        let uniform = self.view_uniform(asked, (&seen, range), (*size, jitter_px), self.filtering(asked));
+        let draws = match asked.part {
+            ViewPart::Fisheye(_) => Arc::default(),
+            _ => {
+                let uniform = match asked.outline(&uniform) {
+                    Some((_, rectangle)) => uniform.cropped(rectangle),
+                    None => uniform,
+                };
+                let mut list = DrawList::new(&mut world.draws, &uniform, request.layers, &chooser);
+                if let ViewPart::Probe(_) = asked.part {
+                    list.show_backs();
+                }
+                if !world.decals.0.boxes.is_empty() {
+                    find_touched(&mut list, &world.draws, &world.decals.0.boxes);
+                }
+                Arc::new(list)
+            }
+        };
+        // What is settled is no picture to look through.
+        let looks_through = world.draws.has_transmissive || !world.scene.water.is_empty();
+        let is_adaptive = request.is_adaptive() && !looks_through;
+        Lit { range, seen, chooser, draws, is_adaptive, made }
+    }
+
+    /// The lists of lights of a view: those that it has from its last frame if they are still right; else new ones,
+    /// which are given, too.
+    fn lists_of(
+        &self,
+        asked: &Asked,
+        (seen, range): (&SampleView, DepthRange),
+        world: &mut World<'_>,
+        kept: Option<KeptLists>,
+        stats: &mut FrameStats,
+    ) -> (KeptLists, Option<(ClusterLists, LightReaches)>) {
+        let started = web_time::Instant::now();
+        let Asked { request, size, output_size, .. } = asked;
+        let settings = &request.settings;
+        let culling = settings.lights.culling;
+        let has_volumes = matches!(culling, LightCulling::Volumes | LightCulling::VolumesStencil);
+        let has_objects = matches!(settings.render.path, Path::ForwardBatched | Path::Gouraud);
+        let has_blended = world.draws.opaque_count < world.draws.items.len();
+        let has_water = !world.scene.water.is_empty();
+        let is_drawn = !asked.part.is_fisheye();
+        let reads_lists = has_water
+            || match settings.render.path {
+                Path::Deferred => !has_volumes || has_blended || world.draws.is_shaded_where_drawn,
+                Path::Forward => true,
+                Path::ForwardBatched => has_blended,
+                Path::Gouraud => world.draws.has_layers,
+            };
+        let of = ListsOf {
+            view: seen.camera,
+            range,
+            target: lights::Target {
+                size: *size,
+                aspect: output_size.0 as f32 / output_size.1 as f32,
+                shift_ndc: seen.shift_ndc,
+            },
+            culling,
+            wants_lists: is_drawn
+                && (reads_lists || settings.fog.scatters() || settings.debug.view == DebugView::Lights),
+            objects: has_objects.then(|| world.draws.object_bounds()),
+            decals: if is_drawn { world.decals.clone() } else { SharedDecals::default() },
+            depth_row: if has_volumes { asked.depth_row(seen, range) } else { Vec4::ZERO },
+            settings: request.settings.clusters.clone(),
+            limits: lights::ListLimits::of(self.gpu.capabilities.max_texture_size),
+        };
+        let known = kept.as_ref().map(|lists| &lists.table);
+        let of_table = TableOf {
+            pre_exposure: request.pre_exposure(),
+            subset: request.light_subset,
+            environment: asked.environment_light,
+            // Of the camera, not of a sample's place in its lens: all samples have the same lights.
+            least: LeastLights::new(&request.camera, *size, settings.lights.min_px),
+        };
+        let table = world.light_table(of_table, known);
+        let (lists, made) = match kept.and_then(|lists| lists.with(&table, &of)) {
+            Some(lists) => (lists, None),
+            None => {
+                let (mut made, reaches) = (table.cluster(&of), LightReaches::new(&table, &of));
+                if let Some(objects) = &of.objects {
+                    made.append_objects(&table, objects, of.limits);
+                }
+                made.append_decals(&of);
+                stats.light_lists_made += 1;
+                (KeptLists::new(table, of, &made, &reaches), Some((made, reaches)))
+            }
+        };
+        stats.lights = stats.lights.max(lists.table.scene_lights());
+        stats.lights_too_small = stats.lights_too_small.max(lists.table.left_out);
+        stats.list_entries += lists.entries;
+        stats.culling_ms += started.elapsed().as_secs_f64() * 1e3;
+        (lists, made)
+    }
+}
