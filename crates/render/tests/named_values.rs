@@ -6,15 +6,23 @@
 
 mod common;
 
-use common::plain_request;
 use common::shadows::{perspective, radiance, shared};
+use common::{floats, plain_request};
 use glam::{Quat, Vec3};
-use manypass::{Environment, FrameRequest, OcclusionMethod, Path, ReflectanceModel, Renderer, Resolution, Settings};
-use manypass_scene::{Material, Node, Projection, Scene, ShadingModel, primitives};
+use image::{GrayImage, ImageFormat, Luma};
+use manypass::{
+    Aov, Environment, FrameRequest, OcclusionMethod, Path, ReflectanceModel, Renderer, Resolution, Settings,
+};
+use manypass_scene::material::{HeightMap, HeightMethod};
+use manypass_scene::{
+    Image, ImageSource, Material, Node, Projection, Sampler, Scene, ShadingModel, Texture, TextureRef,
+    TextureTransform, primitives,
+};
 use manypass_testkit::build::{SceneBuilder, at, grey};
 use manypass_testkit::scenes;
 use std::f32::consts::FRAC_PI_2;
 use std::f64::consts::PI;
+use std::io::Cursor;
 
 /// Of pictures of surfaces that occlude each other.
 const SIZE: (u32, u32) = (64, 48);
@@ -298,4 +306,54 @@ fn the_blur_takes_the_grain_and_leaves_the_mean() {
         assert!(sharp > 0.01 && sharp > 2.5 * blurred, "{method:?}: {sharp} is blurred to {blurred}");
         assert!((mean - mean_blurred).abs() < 0.02, "{method:?}: {mean} becomes {mean_blurred}");
     }
+}
+
+/// A square of 1 m whose heights are 76 / 255 everywhere, so that all of it lies 0.702 of 20 cm below; stepped through in
+/// layers.
+fn sunken(eye: Vec3) -> Scene {
+    let projection = Projection::Orthographic { height_m: 0.5, near_m: 0.1, far_m: 10.0 };
+    let mut builder = SceneBuilder::new(eye, Vec3::ZERO, projection);
+    let mut png = Vec::new();
+    GrayImage::from_pixel(256, 256, Luma([76])).write_to(&mut Cursor::new(&mut png), ImageFormat::Png).unwrap();
+    builder.scene.images.push(Image { name: String::new(), source: ImageSource::Encoded(png.into()) });
+    builder.scene.textures.push(Texture { image: 0, sampler: Sampler::default() });
+    let texture = TextureRef { texture: 0, uv_set: 0, transform: TextureTransform::default() };
+    let height = HeightMap { texture, depth_m: 0.2, method: HeightMethod::Steep, self_shadow: false };
+    builder.put(primitives::plane(1.0), Material { height: Some(height), ..rough() }, Node::default());
+    builder.finish()
+}
+
+/// The share of the depth at which the middle of the picture lies.
+fn share_of_depth(eye: Vec3, (steps_min, steps_max): (u32, u32)) -> f32 {
+    let scene = sunken(eye);
+    let request = plain_request(&scene, SIZE).with(|settings| {
+        (settings.relief.steps_min, settings.relief.steps_max) = (steps_min, steps_max);
+    });
+    let request = FrameRequest { want_aovs: vec![Aov::Position], ..request };
+    let mut renderer = shared();
+    renderer.unload();
+    renderer.load(&scene).unwrap();
+    renderer.render(&scene, &request).unwrap();
+    let positions = floats(renderer.read_aov(Aov::Position).unwrap());
+    let middle = (SIZE.1 / 2 * SIZE.0 + SIZE.0 / 2) as usize;
+    -positions[3 * middle + 1] / 0.2
+}
+
+/// What is seen is the last layer above the heights.
+#[test]
+fn layers_of_parallax_are_as_many_as_the_steps_of_relief() {
+    let default = Settings::default().relief;
+    let above = Vec3::Y * 3.0;
+    for (steps, layer) in [(4, 2.0), (default.steps_min, 5.0), (16, 11.0)] {
+        let (found, expected) = (share_of_depth(above, (steps, default.steps_max)), layer / steps as f32);
+        assert!((found - expected).abs() < 2e-3, "{steps} layers: {found}, expected {expected}");
+    }
+    // Aslant a line of sight passes over nineteen pixels, which ask for more layers than are allowed.
+    let aslant = Vec3::new(0.0, 2.0, 2.0);
+    for (most, expected) in [(2, 1.0 / 2.0), (3, 2.0 / 3.0)] {
+        let found = share_of_depth(aslant, (1, most));
+        assert!((found - expected).abs() < 2e-3, "at most {most} layers: {found}, expected {expected}");
+    }
+    let free = share_of_depth(aslant, (1, default.steps_max));
+    assert!(free > 0.55 && free < 0.702, "as many layers as texels ask for: {free}");
 }

@@ -22,6 +22,7 @@ pub(super) fn constants_of(
 ) -> Vec<Constant> {
     let settings = &asked.request.settings;
     let mut constants = settings.shading.constants();
+    constants.extend(settings.relief.constants());
     constants.extend(settings.transparency.masks.constants());
     constants.push((lights::LIGHT_CLASSES, table.classes()));
     if (table.directional_count(), table.global_count()) == (1, 1) {
