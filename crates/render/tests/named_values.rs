@@ -116,6 +116,35 @@ fn the_specular_strength_multiplies_the_highlight_alone() {
     }
 }
 
+#[test]
+fn lamps_are_reflected_evenly_from_a_distance_on() {
+    const LIGHTING_M: f32 = 3.3;
+    // White metal: all that it mirrors becomes diffuse light.
+    let metal = Material { metallic_factor: 1.0, roughness_factor: 0.5, ..Material::default() };
+    for path in [Path::Forward, Path::Deferred] {
+        let whole = lit_floor(&metal, |settings| settings.render.path = path);
+        let reduced = lit_floor(&metal, |settings| {
+            settings.render.path = path;
+            settings.lod.lighting_m = LIGHTING_M;
+        });
+        let (mut far, mut near, mut changed) = (0, 0, 0);
+        for ((n_dot_l, found), (_, before)) in reduced.into_iter().zip(whole) {
+            // The eye is 3 m over the middle of the floor.
+            let distance_m = (9.0 + n_dot_l.powi(-2) - 1.0).sqrt();
+            let lambert = n_dot_l.powi(3) / PI;
+            if distance_m > f64::from(LIGHTING_M) + 0.01 {
+                far += 1;
+                changed += usize::from((before / lambert - 1.0).abs() > 0.1);
+                assert!((found / lambert - 1.0).abs() < 0.01, "{path:?}, {distance_m} m: {found} for {lambert}");
+            } else if distance_m < f64::from(LIGHTING_M) - 0.01 {
+                near += 1;
+                assert!((found / before - 1.0).abs() < 2e-3, "{path:?}, {distance_m} m: {found} for {before}");
+            }
+        }
+        assert!(far > 1000 && near > 1000 && changed > 1000, "{far} {near} {changed}");
+    }
+}
+
 /// The mean radiance of a floor that is seen from above in an even light from everywhere.
 fn under_even_light(material: Material, path: Path, reflectivity: f32) -> f64 {
     let projection = Projection::Orthographic { height_m: 2.0, near_m: 0.1, far_m: 10.0 };
