@@ -10,7 +10,7 @@ struct Blur {
     // = 4 in 0.1..32
     sigma_px: f32,
     padding_a: f32,
-    /// How much of it is along rows and along columns: 1, 0 blurs horizontally alone, 0, 1 vertically
+    /// How much of it is along rows and along columns; with 0 for columns it is horizontal alone, share
     // = 1, 1 in 0..1
     direction: vec2f,
 }
