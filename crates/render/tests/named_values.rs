@@ -300,7 +300,7 @@ fn what_rises_less_than_the_bias_occludes_nothing() {
         |height_m: f32| visibility(&scene, &of_points.with(|settings| settings.occlusion.bias = height_m / RADIUS_M));
     let [low, just_below, just_above] = [0.2 * HEIGHT_M, 0.95 * HEIGHT_M, 1.05 * HEIGHT_M].map(with);
     let dark = low.iter().filter(|share| **share < 0.97).count();
-    assert!(dark > 100, "a step of {HEIGHT_M} m darkens {dark} pixels");
+    assert!(dark > 60, "a step of {HEIGHT_M} m darkens {dark} pixels");
     assert!(low == just_below, "what rises more than the bias counts in full");
     assert!(just_above.iter().all(|share| (share - 1.0).abs() < 2e-3), "a step below the bias is dark");
 }
@@ -315,7 +315,7 @@ fn without_noise_all_pixels_look_in_the_same_directions() {
         };
         let ((noisy, mean), (plain, _)) = (with(true), with(false));
         println!("{method:?}: a grain of {noisy:.4} with noise, {plain:.4} without");
-        assert!(mean < 0.97 && noisy > 0.01, "{method:?}: there is something to see: {mean}, {noisy}");
+        assert!(mean < 0.99 && noisy > 0.01, "{method:?}: there is something to see: {mean}, {noisy}");
         assert!(plain < 0.2 * noisy, "{method:?}: {plain} without noise, {noisy} with it");
     }
 }
