@@ -5,11 +5,11 @@ use crate::setting::settings;
 settings! {
     /// Settings of relief from height maps.
     pub struct ReliefSettings {
-        /// Parallax mapping by steps (`steep`, `occlusion`) divides the depth of a height map into this many layers at least:
-        /// where it is seen from above, and where texels are large.
+        /// Parallax mapping by steps (`steep`, `occlusion`) divides the depth of a height map into this many layers at
+        /// least: where it is seen from above, and where texels are large.
         steps_min: u32 = 8, in 1..=256;
-        /// And into this many at most, where the line of sight passes over many texels; 0 for 32 with `steep` and 128 with
-        /// `occlusion`. What is less than `relief.steps_min` counts as that.
+        /// And into this many at most, where the line of sight passes over many texels; 0 for 32 with `steep` and 128
+        /// with `occlusion`. What is less than `relief.steps_min` counts as that.
         steps_max: u32 = 0, in 0..=1024;
     }
 }

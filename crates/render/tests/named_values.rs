@@ -337,8 +337,8 @@ fn the_blur_takes_the_grain_and_leaves_the_mean() {
     }
 }
 
-/// A square of 1 m whose heights are 76 / 255 everywhere, so that all of it lies 0.702 of 20 cm below; stepped through in
-/// layers.
+/// A square of 1 m whose heights are 76 / 255 everywhere, so that all of it lies 0.702 of 20 cm below; stepped through
+/// in layers.
 fn sunken(eye: Vec3) -> Scene {
     let projection = Projection::Orthographic { height_m: 0.5, near_m: 0.1, far_m: 10.0 };
     let mut builder = SceneBuilder::new(eye, Vec3::ZERO, projection);

@@ -78,8 +78,8 @@ fn shadows_end_at_a_distance_that_settings_give() {
     assert!(none < 0.05 && lit >= 0.999, "shadows beyond half a metre: {none}, {lit}");
 }
 
-/// A floor of 12 m from above, along parallel rays, 15 pixels a metre; and two plates over it, whose shadows a sun at 45°
-/// moves to the right by their heights of 0.5 m and 3 m.
+/// A floor of 12 m from above, along parallel rays, 15 pixels a metre; and two plates over it, whose shadows a sun at
+/// 45° moves to the right by their heights of 0.5 m and 3 m.
 fn plates() -> Scene {
     let lens = Projection::Orthographic { height_m: 8.0, near_m: 0.1, far_m: 20.0 };
     let mut builder = SceneBuilder::new(Vec3::Y * 6.0, Vec3::ZERO, lens);

@@ -244,8 +244,8 @@ fn an_edge_is_as_many_texels_wide_as_the_kernel_has_comparisons() {
     }
 }
 
-/// With one comparison an edge is as wide as a texel, which is the width of what a map shows by its texels, less three at
-/// each side for filters.
+/// With one comparison an edge is as wide as a texel, which is the width of what a map shows by its texels, less three
+/// at each side for filters.
 #[test]
 fn a_texel_is_as_wide_as_the_size_and_the_extent_of_a_map_make_it() {
     const EXTENT_M: f64 = 4.0;

@@ -57,8 +57,8 @@ impl ShadowState {
         }
     }
 
-    /// Another number whenever what casts shadows may be another: with the scene, and with the masks and the relief of the
-    /// first view, whose constants the views that draw maps have.
+    /// Another number whenever what casts shadows may be another: with the scene, and with the masks and the relief of
+    /// the first view, whose constants the views that draw maps have.
     pub fn version(&self, asked: &[Asked]) -> u64 {
         let settings = asked.first().map(|asked| &asked.request.settings);
         let masks = settings.map(|settings| settings.transparency.masks);

@@ -12,8 +12,8 @@ override reflectance_model: u32 = 0u;
 // The exponent of those lobes, 0 for that of the roughness; and what they lack of their strength, as the bits of a number.
 override shininess: u32 = 0u;
 override lobe_lost: u32 = 0u;
-// Metres to the eye, as the bits of a number, from which lamps are reflected evenly to all sides (`lod.lighting_m`); 0 if
-// nowhere.
+// Metres to the eye, as the bits of a number, from which lamps are reflected evenly to all sides (`lod.lighting_m`); 0
+// if nowhere.
 override lambert_from: u32 = 0u;
 
 const PI: f32 = 3.14159265359;

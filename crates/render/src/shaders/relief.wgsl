@@ -14,8 +14,8 @@ import package::shaders::layer_maps::{
 import package::shaders::surface_vertex::SurfaceVarying;
 import package::view::{view, direction_to_eye_world};
 
-// Steps from the triangle to its lowest height, at least and at most (`relief.steps_min`, `relief.steps_max`). 0 is at most
-// what the method has.
+// Steps from the triangle to its lowest height, at least and at most (`relief.steps_min`, `relief.steps_max`). 0 is at
+// most what the method has.
 override relief_steps_min: u32 = 8u;
 override relief_steps_max: u32 = 0u;
 const STEPS_MAX: f32 = 128.0;
