@@ -49,6 +49,7 @@ mod pose;
 mod probes;
 mod quality;
 mod record;
+mod relief_settings;
 mod render_settings;
 mod renderer;
 mod request;

@@ -58,6 +58,7 @@ compose! {
     lights: crate::lights::LightSettings,
     lod: crate::levels::LodSettings,
     textures: crate::resources::TextureSettings,
+    relief: crate::relief_settings::ReliefSettings,
     msaa: crate::passes::resolve::MultisamplingSettings,
     clusters: crate::lights::ClusterSettings,
     shading: crate::shading_settings::ShadingSettings,

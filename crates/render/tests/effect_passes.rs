@@ -85,6 +85,30 @@ fn a_blur_keeps_energy_and_is_the_same_in_every_direction() {
 }
 
 #[test]
+fn a_blur_in_one_direction_leaves_all_light_in_its_row_or_column() {
+    let (mut renderer, scene, mut request) = drawn();
+    let blur = built_in(&renderer, "blur");
+    blur.set("blur.sigma_px", "5").unwrap();
+    request.effects = vec![effect(&renderer, IMPULSE), blur.clone()];
+    // Of one dimension.
+    let peak = 1000.0 / (5.0 * (2.0 * std::f64::consts::PI).sqrt());
+    for (direction, step) in [("1,0", (1, 0)), ("0,1", (0, 1))] {
+        blur.set("blur.direction", direction).unwrap();
+        let blurred = radiance(&mut renderer, &scene, &request);
+        let at = |x: usize, y: usize| f64::from(blurred[4 * (y * SIZE.0 as usize + x)]);
+        let sum: f64 = blurred.chunks_exact(4).map(|pixel| f64::from(pixel[0])).sum();
+        assert!((sum / 1000.0 - 1.0).abs() < 0.01, "{direction}: {sum}");
+        for distance in 0..15 {
+            let expected = peak * (-0.5 * (distance as f64 / 5.0).powi(2)).exp();
+            let along = at(32 + step.0 * distance, 32 + step.1 * distance);
+            assert!((along / expected - 1.0).abs() < 0.03, "{direction}, {distance}: {along} instead of {expected}");
+            let across = at(32 + step.1 * (distance + 1), 32 + step.0 * (distance + 1));
+            assert!(across < 0.01 * peak, "{direction}, {distance}: {across} beside it");
+        }
+    }
+}
+
+#[test]
 fn a_pass_is_drawn_as_often_as_its_setting_says() {
     let (mut renderer, scene, mut request) = drawn();
     let count = effect(

@@ -7,7 +7,7 @@
 mod common;
 
 use common::inner_pixels;
-use common::shadows::{light, request, shares, surfaces, world_of};
+use common::shadows::{SIZE, light, request, shares, surfaces, world_of};
 use glam::Vec3;
 use manypass_scene::{LightKind, Projection, Scene, primitives};
 use manypass_testkit::build::{SceneBuilder, at, grey};
@@ -76,4 +76,46 @@ fn shadows_end_at_a_distance_that_settings_give() {
     assert!(near >= 0.9, "{near}");
     let (none, lit) = dark_and_lit(2_000.0, 1.0, |settings| settings.shadows.distance_m = 0.5);
     assert!(none < 0.05 && lit >= 0.999, "shadows beyond half a metre: {none}, {lit}");
+}
+
+/// A floor of 12 m from above, along parallel rays, 15 pixels a metre; and two plates over it, whose shadows a sun at
+/// 45° moves to the right by their heights of 0.5 m and 3 m.
+fn plates() -> Scene {
+    let lens = Projection::Orthographic { height_m: 8.0, near_m: 0.1, far_m: 20.0 };
+    let mut builder = SceneBuilder::new(Vec3::Y * 6.0, Vec3::ZERO, lens);
+    builder.put(primitives::plane(12.0), grey(0.5), at(Vec3::ZERO));
+    for place in [Vec3::new(-1.0, 0.5, -1.5), Vec3::new(-1.0, 3.0, 1.5)] {
+        builder.put(primitives::plane(0.8), grey(0.5), at(place));
+    }
+    builder.light(light(LightKind::Directional, 3.0), Vec3::ZERO, Vec3::new(1.0, -1.0, 0.0));
+    builder.finish()
+}
+
+/// Whether the low plate and the high one cast their shadows.
+fn cast(change: impl Fn(&mut manypass::Settings)) -> [bool; 2] {
+    let scene = plates();
+    let found = shares(&scene, &request(&scene).with(change), 1);
+    // Right of the low plate's own picture, and the middle of the high one's shadow.
+    [(-0.3, -1.5), (2.0, 1.5)].map(|(x_m, z_m): (f32, f32)| {
+        let (column, row) = (80.0 + 15.0 * x_m, 60.0 + 15.0 * z_m);
+        found[row as usize * SIZE.0 as usize + column as usize].unwrap() < 0.5
+    })
+}
+
+/// The rays of the sun enter the ball around all at 8.6 m from its middle, 6.9 m before the high plate and 8.6 m before
+/// the low one: z in light space is (y − x) / √2, that of the middle is 1.06 m.
+#[test]
+fn what_casts_lies_between_the_planes_that_settings_give() {
+    assert_eq!(cast(|_| ()), [true, true]);
+    assert_eq!(cast(|settings| settings.shadows.near_m = 7.7), [true, false]);
+    assert_eq!(cast(|settings| settings.shadows.far_m = 7.7), [false, true]);
+    let both = |settings: &mut manypass::Settings| (settings.shadows.near_m, settings.shadows.far_m) = (6.0, 9.5);
+    assert_eq!(cast(both), [true, true]);
+}
+
+/// Both shadows lie 1.5 m from the middle, across the sun's rays and at right angles to the other side of its square.
+#[test]
+fn shadows_lie_within_the_extent_that_settings_give() {
+    assert_eq!(cast(|settings| settings.shadows.extent_m = 4.0), [true, true]);
+    assert_eq!(cast(|settings| settings.shadows.extent_m = 2.6), [false, false]);
 }

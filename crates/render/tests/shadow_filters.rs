@@ -243,3 +243,31 @@ fn an_edge_is_as_many_texels_wide_as_the_kernel_has_comparisons() {
         assert!((ratio / f64::from(kernel) - 1.0).abs() < 0.1, "{kernel} comparisons are {ratio} times as wide as one");
     }
 }
+
+/// With one comparison an edge is as wide as a texel, which is the width of what a map shows by its texels, less three
+/// at each side for filters.
+#[test]
+fn a_texel_is_as_wide_as_the_size_and_the_extent_of_a_map_make_it() {
+    const EXTENT_M: f64 = 4.0;
+    let pixel_m = on_floor(1, 0).x - on_floor(0, 0).x;
+    for (kind, across_m) in [(LightKind::Directional, EXTENT_M), (SPOT, 2.0 * 0.7f64.tan() * 1.5)] {
+        let edge = Penumbra { kind, radius_m: 0.0, wall_m: 0.5, light_m: 1.0 };
+        for map_px in [64, 128] {
+            let with = |scene: &Scene| {
+                request(scene).with(|settings| {
+                    settings.shadows.kernel = 1;
+                    settings.shadows.map_px = map_px;
+                    settings.shadows.extent_m = EXTENT_M as f32;
+                })
+            };
+            let row = edge.found(with, 1);
+            let width_m = (reaches(&row, 0.9) - reaches(&row, 0.1)) / 0.8 * pixel_m;
+            let expected_m = across_m / f64::from(map_px - 6);
+            println!("{kind:?}, {map_px} texels: {width_m:.4} m, expected {expected_m:.4} m");
+            assert!(
+                (width_m / expected_m - 1.0).abs() < 0.1,
+                "{kind:?}, {map_px}: {width_m} m instead of {expected_m} m"
+            );
+        }
+    }
+}

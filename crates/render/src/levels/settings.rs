@@ -23,6 +23,10 @@ settings! {
         untextured_px: f32 = 4.0, in 0.0..=10000.0, unit "px", needs "lod.enabled=true", needs "lod.materials=true";
         /// Over which part of its distance a level fades in, by a pattern of pixels; 0 switches at once.
         fade: f32 = 0.25, in 0.0..=1.0, unit "share", needs "lod.enabled=true";
+        /// From this distance to the eye on, surfaces reflect the light of lamps by the cheapest model, evenly to all
+        /// sides (Lambert), without highlights: what they would mirror of it is diffuse light. 0 for nowhere. Materials
+        /// with layers stay as they are.
+        lighting_m: f32 = 0.0, in 0.0..=1e9, unit "m", needs "lod.enabled=true";
         /// What has levels is taken for 2 to the power of this times as large as it is: positive numbers show finer
         /// levels.
         bias: f32 = 0.0, in -10.0..=10.0, unit "stops", needs "lod.enabled=true";

@@ -22,6 +22,11 @@ pub(super) fn constants_of(
 ) -> Vec<Constant> {
     let settings = &asked.request.settings;
     let mut constants = settings.shading.constants();
+    constants.extend(settings.relief.constants());
+    // How far the eye is from a probe says nothing of how its light is seen.
+    if settings.lod.enabled && settings.lod.lighting_m > 0.0 && !matches!(asked.part, ViewPart::Probe(_)) {
+        constants.push(("lambert_from", settings.lod.lighting_m.to_bits()));
+    }
     constants.extend(settings.transparency.masks.constants());
     constants.push((lights::LIGHT_CLASSES, table.classes()));
     if (table.directional_count(), table.global_count()) == (1, 1) {

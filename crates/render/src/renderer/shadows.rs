@@ -12,6 +12,7 @@ use crate::shadows::{AROUND_DIRECTIONAL_PX, FrameShadows, ShadowFilter, ShadowSe
 use crate::transparency::Masks;
 use manypass_graph::TextureDesc;
 use manypass_scene::{NodeId, Scene};
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 /// What the renderer keeps of shadows.
 #[derive(Debug)]
@@ -57,11 +58,15 @@ impl ShadowState {
         }
     }
 
-    /// Another number whenever what casts shadows may be another: with the scene, and with the masks of the first view,
-    /// whose constants the views that draw maps have.
+    /// Another number whenever what casts shadows may be another: with the scene, and with the masks and the relief of
+    /// the first view, whose constants the views that draw maps have.
     pub fn version(&self, asked: &[Asked]) -> u64 {
-        let masks = asked.first().map(|asked| asked.request.settings.transparency.masks);
-        self.scene_version * 2 + u64::from(masks == Some(Masks::Hashed))
+        let settings = asked.first().map(|asked| &asked.request.settings);
+        let masks = settings.map(|settings| settings.transparency.masks);
+        let relief = settings.map(|settings| (settings.relief.steps_min, settings.relief.steps_max));
+        let mut hasher = DefaultHasher::new();
+        (self.scene_version, masks == Some(Masks::Hashed), relief).hash(&mut hasher);
+        hasher.finish()
     }
 }
 

@@ -12,6 +12,9 @@ override reflectance_model: u32 = 0u;
 // The exponent of those lobes, 0 for that of the roughness; and what they lack of their strength, as the bits of a number.
 override shininess: u32 = 0u;
 override lobe_lost: u32 = 0u;
+// Metres to the eye, as the bits of a number, from which lamps are reflected evenly to all sides (`lod.lighting_m`); 0
+// if nowhere.
+override lambert_from: u32 = 0u;
 
 const PI: f32 = 3.14159265359;
 
@@ -36,6 +39,8 @@ struct Shading {
     diffuse: vec3f,
     specular: vec3f,
     specular_grazing: vec3f,
+    // Whether it lies so far away that lamps are reflected by the cheapest model.
+    is_far: bool,
     @if(layered) layers: LayerTerms,
     @if(relief) relief: ReliefShadows,
     @if(contact) contact: ContactOrigin,
@@ -91,6 +96,12 @@ fn lobe_reflectance(shading: Shading, to_light: vec3f, n_dot_l: f32) -> Reflecta
 
 // Reflected radiance for one unit of irradiance on the surface. `n_dot_l` is not below 0.
 fn reflectance(shading: Shading, to_light: vec3f, n_dot_l: f32) -> Reflectance {
+    if lambert_from != 0u {
+        // What would be mirrored is diffuse light as well (Lambert), so that metals stay bright.
+        if shading.is_far {
+            return Reflectance(shading.diffuse + shading.f0 * (1.0 / PI), vec3f(0.0));
+        }
+    }
     if reflectance_model != 0u {
         return lobe_reflectance(shading, to_light, n_dot_l);
     }

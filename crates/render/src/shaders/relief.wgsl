@@ -14,8 +14,10 @@ import package::shaders::layer_maps::{
 import package::shaders::surface_vertex::SurfaceVarying;
 import package::view::{view, direction_to_eye_world};
 
-// Steps from the triangle to its lowest height: at least, and at most, by the method.
-const STEPS_MIN: f32 = 8.0;
+// Steps from the triangle to its lowest height, at least and at most (`relief.steps_min`, `relief.steps_max`). 0 is at
+// most what the method has.
+override relief_steps_min: u32 = 8u;
+override relief_steps_max: u32 = 0u;
 const STEPS_MAX: f32 = 128.0;
 const COARSE_STEPS_MAX: f32 = 32.0;
 // The least cosine between a ray and the normal: rays along the triangle would pass by all of the map.
@@ -50,7 +52,9 @@ fn descent(facet: Facet, direction: vec3f, down: vec3f) -> Descent {
 
 fn step_count(uv: vec2f, level: f32, most: f32, steps_a_texel: f32) -> u32 {
     let texels = length(uv * vec2f(textureDimensions(layer_data))) * exp2(-level);
-    return u32(clamp(ceil(texels * steps_a_texel), STEPS_MIN, most));
+    let least = f32(max(relief_steps_min, 1u));
+    let limit = select(most, f32(relief_steps_max), relief_steps_max > 0u);
+    return u32(clamp(ceil(texels * steps_a_texel), least, max(limit, least)));
 }
 
 // Coarse steps end on either side of the heights. What is seen lies before them, and what shadow maps hold behind them,

@@ -87,9 +87,10 @@ pub(super) fn of_directional(
     if bounds.is_empty() || !radius.is_finite() {
         return Vec::new();
     }
-    let z = (rotation.inverse() * center).z;
-    // A little room, because bounds touch the surfaces that they enclose.
-    let depth = [z + 1.001 * radius + 1e-3, z - 1.001 * radius - 1e-3];
+    let depth = depth_of((rotation.inverse() * center).z, radius, settings);
+    if settings.extent_m > 0.0 {
+        return vec![Aim::Parallel { rotation, center, half_m: 0.5 * settings.extent_m, depth }];
+    }
     if viewer.is_around {
         return vec![Aim::Parallel { rotation, center, half_m: radius, depth }];
     }
@@ -107,6 +108,15 @@ pub(super) fn of_directional(
         aims.truncate(first + 1);
     }
     aims
+}
+
+/// The greatest and the least z in light space that maps show of a ball with its middle at `z`: all of it, unless the
+/// settings have a near or a far plane.
+fn depth_of(z: f32, radius_m: f32, settings: &ShadowSettings) -> [f32; 2] {
+    // A little room, because bounds touch the surfaces that they enclose.
+    let whole = [z + 1.001 * radius_m + 1e-3, z - 1.001 * radius_m - 1e-3];
+    let given = [settings.near_m, settings.far_m].map(|plane_m| (plane_m > 0.0).then_some(z + radius_m - plane_m));
+    [given[0].unwrap_or(whole[0]), given[1].unwrap_or(whole[1])]
 }
 
 /// The view's part between two distances, as a sphere around it in world space that depends on nothing but its shape
@@ -161,6 +171,15 @@ mod tests {
                 assert!((greatest - radius).abs() < 1e-4 * radius, "{greatest} {radius}");
             }
         }
+    }
+
+    #[test]
+    fn planes_that_are_given_take_the_place_of_those_of_the_scene() {
+        let of = |near_m, far_m| depth_of(2.0, 10.0, &ShadowSettings { near_m, far_m, ..ShadowSettings::default() });
+        let [nearest, farthest] = of(0.0, 0.0);
+        assert!(nearest > 12.0 && farthest < -8.0 && nearest - farthest < 20.1, "{nearest} {farthest}");
+        assert_eq!(of(3.0, 15.0), [9.0, -3.0]);
+        assert_eq!(of(3.0, 0.0), [9.0, farthest]);
     }
 
     #[test]

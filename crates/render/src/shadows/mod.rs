@@ -192,11 +192,16 @@ impl Shadows {
 
     /// The largest side of the atlas that `settings` allow, where textures have at most `limit` texels a side. A
     /// picture whose longer side is `longest_px` makes no use of more than four times as many, unless so many `lights`
-    /// have small tiles.
+    /// have small tiles, or the settings say how large tiles are.
     pub fn side_allowed(settings: &ShadowSettings, limit: u32, longest_px: u32, lights: usize) -> u32 {
         // Six of the second smallest size for each.
         let of_lights = (24.0 * lights as f32).sqrt() as u32 * SIDE_MIN;
-        let used = longest_px.saturating_mul(4).max(of_lights).clamp(SIDE_MIN * 16, 1 << 20).next_power_of_two();
+        let used = longest_px
+            .max(settings.map_px)
+            .saturating_mul(4)
+            .max(of_lights)
+            .clamp(SIDE_MIN * 16, 1 << 20)
+            .next_power_of_two();
         let side = settings.atlas_px.next_power_of_two().min(used);
         if side <= limit { side } else { 1 << limit.max(1).ilog2() }
     }
@@ -218,7 +223,10 @@ impl Shadows {
         let turns = if dealing.deals() { Some(self.turns(&wanting)) } else { None };
         let sides = match &turns {
             Some(turns) => turns.sides_in(dealing),
-            None => self.sides(&wanting, if dealing.rounds.is_none() { settings.maps } else { u32::MAX }),
+            None => {
+                let most = if dealing.rounds.is_none() { settings.maps } else { u32::MAX };
+                self.sides(&wanting, most, settings.map_px > 0)
+            }
         };
         frame.counts.rounds = turns.as_ref().map_or(1, Turns::rounds);
         frame.counts.dealt = turns.as_ref().map_or(0, Turns::dealt);

@@ -15,8 +15,9 @@ pub(super) struct Kept {
 
 impl Shadows {
     /// The side of the tiles of every light, 0 where there is no place for them, or where there would be more than
-    /// `most` of lights at a place. All are made smaller alike until they fit.
-    pub(super) fn sides(&self, wanting: &[Wanting], most: u32) -> Vec<u32> {
+    /// `most` of lights at a place. All are made smaller alike until they fit. Unless they are `given`, a side that is
+    /// there stays while it is not far off.
+    pub(super) fn sides(&self, wanting: &[Wanting], most: u32, given: bool) -> Vec<u32> {
         let area = u64::from(self.side_max).pow(2);
         let mut tiles = 0;
         // The demanded side, that which is there, and how many of them; none of a light beyond `most`.
@@ -30,8 +31,7 @@ impl Shadows {
             })
             .collect();
         let side_of = |(demanded, kept, _): &(f32, Option<u32>, u64), shift: u32| {
-            // A size is kept while it is not far off.
-            let is_near = |side: &u32| (0.4..=1.1).contains(&(demanded / *side as f32));
+            let is_near = |side: &u32| !given && (0.4..=1.1).contains(&(demanded / *side as f32));
             let steady = kept.map(|side| side << shift).filter(is_near);
             (steady.unwrap_or_else(|| (*demanded as u32).max(1).next_power_of_two()) >> shift).max(SIDE_MIN)
         };

@@ -29,6 +29,9 @@ settings! {
         /// The greatest width and height of the texture that holds all shadow maps, rounded up to a power of two; it
         /// takes four bytes a texel. It grows with what the lights in view want, and is smaller for small pictures.
         atlas_px: u32 = 4096, in 256..=16384, unit "px", needs "shadows.enabled=true";
+        /// The map size: how many texels wide and high each shadow map of a light is, rounded up to a power of two, at
+        /// least 16. 0 for as many as the picture asks for. All are halved until the atlas has room for them.
+        map_px: u32 = 0, in 0..=8192, unit "px", needs "shadows.enabled=true";
         /// The most shadow maps of lights at a place in a frame that stands for itself, as in `bench` and in the
         /// browser: six for a point light, one for a spot. Those of the lights that matter least are left out, and
         /// counted. Stills have as many as their lights need.
@@ -42,6 +45,15 @@ settings! {
         /// How far from the eye directional lights cast shadows, which are finer for it, and fade out at the end; 0 for
         /// as far as the scene reaches.
         distance_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "shadows.enabled=true";
+        /// The width of the square around the middle of what is drawn within which directional lights cast shadows, by
+        /// one map each in place of cascades; beyond it all is lit. 0 for cascades, which follow the view.
+        extent_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "shadows.enabled=true";
+        /// The near plane of the shadow maps of directional lights: what lies before it casts no shadow. It is this far
+        /// from where their rays enter the ball around all that is drawn. 0 for what is nearest to the light.
+        near_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "shadows.enabled=true";
+        /// Their far plane, from the same place: what lies beyond it casts no shadow. 0 for what is farthest from the
+        /// light.
+        far_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "shadows.enabled=true";
         /// A light at a place casts no shadow where a map as fine as the picture would have fewer texels a side than this: it
         /// is seen too small. Below 16 a map is nothing but border.
         min_px: f32 = 0.0, in 0.0..=16384.0, unit "px", needs "shadows.enabled=true";

@@ -159,6 +159,34 @@ pub(super) fn demand(light: &TableLight, viewer: &Viewer<'_>) -> Option<f32> {
     Some(tangent * range_m * view.pixels_per_m(viewer.size, eye_m))
 }
 
+/// The side in texels that the maps of a light are to have for a view, in an atlas that may grow to `side_max`; none if
+/// the view needs none of them.
+fn side_of(light: &TableLight, viewer: &Viewer<'_>, settings: &ShadowSettings, side_max: u32) -> Option<f32> {
+    let given = (settings.map_px > 0).then(|| settings.map_px.next_power_of_two());
+    if light.kind == LightKind::Directional {
+        if let Some(side) = given {
+            return Some(side.min(side_max / 2) as f32);
+        }
+        // Cascades are as fine as the picture if they have twice its pixels.
+        let side = if viewer.is_around {
+            AROUND_DIRECTIONAL_PX
+        } else {
+            2 * viewer.size.0.max(viewer.size.1).next_power_of_two()
+        };
+        let side = side.min(side_max / 2) as f32;
+        // Edges of wide ones are never sharp.
+        return Some(if is_wide(light) { 0.5 * side } else { side });
+    }
+    let demanded = demand(light, viewer).filter(|side| *side >= settings.min_px)?;
+    // The six of a point light take less than half of the atlas, so that turns have room for them.
+    let most = match (given, is_single(light)) {
+        (Some(_), true) => side_max / 2,
+        (Some(_), false) | (None, true) => side_max / 4,
+        (None, false) => side_max / 8,
+    };
+    Some(given.map_or(demanded, |side| side as f32).min(most as f32))
+}
+
 impl Shadows {
     /// The lights that want tiles.
     pub(super) fn wanting(
@@ -171,26 +199,10 @@ impl Shadows {
     ) -> Vec<Wanting> {
         let mut wanting: BTreeMap<LightKey, Wanting> = BTreeMap::new();
         let mut everywhere = None;
-        let side_max = self.side_max;
         for (viewer, table) in views {
             for source in table.lights.iter().filter(|light| light.casts_shadows) {
                 let light = &dealing.moved(source);
-                let side = if light.kind == LightKind::Directional {
-                    // Cascades are as fine as the picture if they have twice its pixels.
-                    let side = if viewer.is_around {
-                        AROUND_DIRECTIONAL_PX
-                    } else {
-                        2 * viewer.size.0.max(viewer.size.1).next_power_of_two()
-                    };
-                    let side = side.min(side_max / 2) as f32;
-                    // Edges of wide ones are never sharp.
-                    Some(if is_wide(light) { 0.5 * side } else { side })
-                } else {
-                    let most = if is_single(light) { side_max / 4 } else { side_max / 8 };
-                    let side = demand(light, viewer).filter(|side| *side >= settings.min_px);
-                    side.map(|side| side.min(most as f32))
-                };
-                let Some(side) = side else { continue };
+                let Some(side) = side_of(light, viewer, settings, self.side_max) else { continue };
                 let key = LightKey::of(viewer, light);
                 match wanting.entry(key) {
                     Entry::Occupied(mut known) => known.get_mut().side = known.get().side.max(side),
@@ -199,7 +211,8 @@ impl Shadows {
                         let (aims, of_light) = if is_directional {
                             let items = everywhere.get_or_insert_with(|| casters.everywhere().items).clone();
                             let aims = cascades::of_directional(light, viewer, world, settings);
-                            let of_blockers = settings.filter == ShadowFilter::Pcss;
+                            // A width that is given stays.
+                            let of_blockers = settings.filter == ShadowFilter::Pcss && settings.extent_m == 0.0;
                             let penumbra_tan = if of_blockers { light.radius_m } else { 0.0 };
                             let fitted = |aim: Aim| aim.fitted(casters, &items, penumbra_tan);
                             let aims = aims.into_iter().map(fitted).collect();
