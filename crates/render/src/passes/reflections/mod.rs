@@ -14,7 +14,7 @@ pub use settings::ReflectionSettings;
 use crate::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 use crate::gbuffer::{Gbuffer, LINEAR_DEPTH, RADIANCE};
 use crate::occlusion::Occlusion;
-use crate::record::{ADD, Fullscreen, PicturePart, Recorder, Which};
+use crate::record::{ADD, Fullscreen, PicturePart, Recorder, Texels, Which};
 use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
 use glam::Vec2;
@@ -226,6 +226,7 @@ impl<'s> Look<'s> {
         let tracing = Tracing::new(r, settings, (1, UNFILTERED_RAYS));
         let reflections = r.history("reflections.look", tracing.desc);
         let distances = r.history("reflections.distances", TextureDesc { format: LINEAR_DEPTH, ..tracing.desc });
+        r.declare_texels(&distances.next, Texels::Distance);
         let is_there = !reflections.is_first && r.view.uniform.sample_index > 0;
         Self { tracing, reflections, distances, is_there }
     }
@@ -349,6 +350,7 @@ fn record_backs(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
     pass.backs();
     pass.draw_opaque(Which::Hiding)?;
     let target = r.texture("reflections.back_distances", LINEAR_DEPTH);
+    r.declare_texels(&target, Texels::Distance);
     let step = r.fullscreen("reflections.back_distances", "linear_depth", &[]).constant("leaves_out", 0);
     step.read_depth("depth", &depth).draw_into(target, ColorLoad::Discard)
 }
@@ -359,6 +361,7 @@ fn record_pyramid(r: &mut Recorder<'_, '_>, linear_depth: &Handle) -> Result<Han
     let [width, height] = [r.view.size.0, r.view.size.1].map(|side| side.next_multiple_of(largest));
     let desc = TextureDesc { mips: REFLECTION_LEVELS, ..TextureDesc::new_2d(width, height, LINEAR_DEPTH) };
     let pyramid = r.texture_of("reflections.pyramid", desc);
+    r.declare_texels(&pyramid, Texels::Distance);
     for level in 0..REFLECTION_LEVELS {
         let target = r.graph.subview(&pyramid, level, 0);
         let finer = (level > 0).then(|| r.graph.subview(&pyramid, level - 1, 0));
