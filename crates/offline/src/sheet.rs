@@ -47,8 +47,8 @@ pub fn group_of_pass(name: &str) -> &str {
     pass.get(..end).unwrap_or(pass)
 }
 
-/// The sheet as width, height and opaque RGBA bytes. Columns and rows are as equal in number as they can be; pictures of
-/// a group stand together, where its first one is. No side is longer than 8192 pixels: pictures get smaller as they get
+/// The sheet as width, height and opaque RGBA bytes. Columns and rows are as equal in number as they can be; pictures
+/// of a group stand together, where its first one is. No side is longer than 8192 pixels: pictures get smaller as they get
 /// more, and of several thousand the last are left out, which the last line says.
 ///
 /// # Errors
@@ -58,8 +58,8 @@ pub fn contact_sheet(entries: &[Entry<'_>]) -> Result<(u32, u32, Vec<u8>), Encod
     draw(&entries, &Layout::fitting(&entries))
 }
 
-/// A sheet of `columns` columns, whose pictures have sides of at most `cell_px` pixels, as [`contact_sheet`], but of any
-/// size, and in the order of the entries.
+/// A sheet of `columns` columns, whose pictures have sides of at most `cell_px` pixels, as [`contact_sheet`], but of
+/// any size, and in the order of the entries.
 ///
 /// # Errors
 /// If an entry's bytes do not fit its size.

@@ -23,8 +23,8 @@ pub enum Aov {
     BaseColor,
     /// Occlusion of the material.
     Occlusion,
-    /// The share of the environment's light that screen-space occlusion lets through, whether or not the picture has it;
-    /// 1 where there is no surface.
+    /// The share of the environment's light that screen-space occlusion lets through, whether or not the picture has
+    /// it; 1 where there is no surface.
     OcclusionScreen,
     /// Unit normal in world space.
     Normal,

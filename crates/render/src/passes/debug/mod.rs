@@ -3,8 +3,8 @@
 //!
 //! Sources: lists of lights a pixel as heat after Olsson et al. 2012; the range of base colours (sRGB 30 to 240, of its
 //! luminance; metals may be brighter) after McDermott 2018, "The PBR Guide". It draws all surfaces again, with a depth
-//! of its own, so that it is the same on every path. Reads: surfaces, lists of lights, tiles of shadows. Writes: the picture, in display
-//! colours, so that they are those of the legend whatever curve and exposure.
+//! of its own, so that it is the same on every path. Reads: surfaces, lists of lights, tiles of shadows. Writes: the
+//! picture, in display colours, so that they are those of the legend whatever curve and exposure.
 
 mod legends;
 mod settings;

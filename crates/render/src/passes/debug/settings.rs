@@ -35,9 +35,9 @@ settings! {
     /// Settings of the pictures that show how a frame is made.
     pub struct DebugSettings {
         /// What is shown in place of the picture: lights visited for a pixel, fragments drawn for it, texture
-        /// coordinates, world normals, texels of the base colour a pixel, inputs that cannot be right, slices of clusters,
-        /// cascades of shadows, levels of detail, or the picture with its probes as spheres; radiance and variables stay
-        /// what they are. `--contact-sheet` has the legend.
+        /// coordinates, world normals, texels of the base colour a pixel, inputs that cannot be right, slices of
+        /// clusters, cascades of shadows, levels of detail, or the picture with its probes as spheres; radiance and
+        /// variables stay what they are. `--contact-sheet` has the legend.
         view: DebugView = DebugView::Off;
     }
 }
