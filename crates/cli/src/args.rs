@@ -380,7 +380,7 @@ pub struct RenderArgs {
     /// Write the picture of every pass into this folder.
     #[arg(long, value_name = "DIR")]
     pub dump_passes: Option<PathBuf>,
-    /// Write the pictures of all passes into one picture, with the legends of those that have one.
+    /// Write the pictures of all passes into one picture, grouped by pass, with the legends of those that have one.
     #[arg(long, value_name = "FILE.png")]
     pub contact_sheet: Option<PathBuf>,
     /// The time of the animation in seconds.

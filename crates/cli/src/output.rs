@@ -85,6 +85,7 @@ pub fn write_sheet(path: &Path, pictures: &[PassPicture]) -> Result<(), Failure>
         .iter()
         .map(|PassPicture { name, width, height, rgba8, legend }| sheet::Entry {
             label: name,
+            group: sheet::group_of_pass(name),
             width: *width,
             height: *height,
             rgba8,

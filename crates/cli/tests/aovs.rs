@@ -6,9 +6,10 @@ use common::{Folder, has_adapter, run_in, triangle_glb};
 use exr::prelude::{FlatImage, FlatSamples, ReadChannels, ReadLayers, read};
 use std::path::Path;
 
-const NAMES: [&str; 13] = [
+const NAMES: [&str; 14] = [
     "base_color",
     "occlusion",
+    "occlusion_screen",
     "normal",
     "normal_view",
     "position",

@@ -45,7 +45,7 @@ fn the_part_that_changed_is_named() {
 
     let same = json(&folder, &["red.glb", "red.glb", "--threshold", "0"]);
     assert_eq!((&same["flip"]["mean"], changed(&same)), (&0.0.into(), [0.0; 3]), "{same}");
-    assert!(same["variables"].as_array().is_some_and(|variables| variables.len() == 12), "{same}");
+    assert!(same["variables"].as_array().is_some_and(|variables| variables.len() == 13), "{same}");
 
     let paint = json(&folder, &["red.glb", "blue.glb"]);
     let [geometry, material, light] = changed(&paint);
@@ -84,8 +84,8 @@ fn the_sheet_has_a_row_for_each_variable_that_differs() {
     };
     let run = with(&["--threshold", "0.01"], 5);
     let text = run.text();
-    assert!(text.contains("material in 100.00 %") && text.contains("  depth        same"), "{text}");
-    assert!(text.contains("  base_color   100.00 % of pixels, mean 0.6"), "{text}");
+    assert!(text.contains("material in 100.00 %") && text.contains("  depth            same"), "{text}");
+    assert!(text.contains("  base_color       100.00 % of pixels, mean 0.6"), "{text}");
     assert!(run.stderr.contains("hint: s.png shows where"), "{}", run.stderr);
     let all = image::open(folder.join("s.png")).expect("a sheet").to_rgb8();
     // What changed is told by all variables, listed or not.

@@ -21,11 +21,12 @@ fn component_count(aov: Aov) -> u64 {
 /// the frame's own are made again.
 pub fn kept_bytes(width: u32, height: u32, aovs: &[Aov]) -> u64 {
     let per_pixel = |bytes: u64, is_there: bool| if is_there { bytes } else { 0 };
-    // Base colour, normal, material and depth; then emission, ids and motion.
+    // Base colour, normal, material and depth; then emission, ids, motion and occlusion.
     let kept = per_pixel(16, !aovs.is_empty())
         + per_pixel(8, aovs.contains(&Aov::Emission))
         + per_pixel(8, aovs.contains(&Aov::ObjectId) || aovs.contains(&Aov::MaterialId))
-        + per_pixel(8, aovs.contains(&Aov::Motion));
+        + per_pixel(8, aovs.contains(&Aov::Motion))
+        + per_pixel(4, aovs.contains(&Aov::OcclusionScreen));
     pixels(width, height) * kept
 }
 
@@ -64,7 +65,7 @@ mod tests {
     fn every_variable_counts() {
         assert_eq!(kept_bytes(10, 10, &[]), 0);
         assert_eq!(kept_bytes(10, 10, &[Aov::Depth, Aov::Motion]), 100 * 24);
-        assert_eq!(kept_bytes(10, 10, Aov::ALL), 4000);
+        assert_eq!(kept_bytes(10, 10, Aov::ALL), 4400);
         assert_eq!(delivery_bytes(Format::Png, 10, 10, &[], false), 1200);
         assert_eq!(delivery_bytes(Format::Png, 10, 10, Aov::ALL, false), 100 * 64);
         // A large EXR file takes a few bands, unless it has nowhere to go back in.

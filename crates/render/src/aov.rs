@@ -23,6 +23,9 @@ pub enum Aov {
     BaseColor,
     /// Occlusion of the material.
     Occlusion,
+    /// The share of the environment's light that screen-space occlusion lets through, whether or not the picture has
+    /// it; 1 where there is no surface.
+    OcclusionScreen,
     /// Unit normal in world space.
     Normal,
     /// Unit normal in view space.
@@ -52,6 +55,7 @@ impl Aov {
     pub const ALL: &[Self] = &[
         Self::BaseColor,
         Self::Occlusion,
+        Self::OcclusionScreen,
         Self::Normal,
         Self::NormalView,
         Self::Position,
@@ -80,6 +84,8 @@ pub struct AovPasses {
     pub ids: bool,
     /// The motion since the previous frame.
     pub motion: bool,
+    /// Screen-space occlusion.
+    pub occlusion_screen: bool,
 }
 
 impl AovPasses {
@@ -89,6 +95,7 @@ impl AovPasses {
             emission: aovs.contains(&Aov::Emission),
             ids: aovs.contains(&Aov::ObjectId) || aovs.contains(&Aov::MaterialId),
             motion: aovs.contains(&Aov::Motion),
+            occlusion_screen: aovs.contains(&Aov::OcclusionScreen),
         }
     }
 }

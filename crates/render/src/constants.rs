@@ -68,6 +68,12 @@ shared_constants! {
     DEBUG_TEXEL_DENSITY: u32 = 4;
     /// Inputs that cannot be right.
     DEBUG_FLAGS: u32 = 5;
+    /// Slices of clusters.
+    DEBUG_CLUSTERS: u32 = 6;
+    /// Cascades of shadows.
+    DEBUG_CASCADES: u32 = 7;
+    /// Levels of detail.
+    DEBUG_LEVELS: u32 = 8;
 
     /// Texels in a row of the tables of joints, morph targets and previous nodes.
     DATA_WIDTH: u32 = 1024;

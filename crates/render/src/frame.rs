@@ -142,7 +142,7 @@ pub fn view_passes(
         return forward_view_passes(r, settings, variables, flat);
     }
     let fills_background = settings.background.source == Background::Environment;
-    let (outputs, gbuffer) = surface_passes(r, variables, fills_background)?;
+    let (outputs, gbuffer) = surface_passes(r, settings, variables, fills_background)?;
     let occlusion = {
         let seen =
             occlusion::Seen { normal: &gbuffer.normal, linear_depth: &gbuffer.linear_depth, depth: &outputs.depth };
@@ -239,7 +239,17 @@ fn forward_view_passes(
     let radiance = resolve::record(r, "resolve", radiance);
     let tint = tint_passes(r, transmittance, &radiance)?;
     let occlusion = occlusion.map(|occlusion| occlusion.texture);
-    Ok(ViewOutputs { radiance, depth, gbuffer: None, emission: None, ids: None, motion: None, occlusion, tint })
+    Ok(ViewOutputs {
+        radiance,
+        depth,
+        gbuffer: None,
+        emission: None,
+        ids: None,
+        motion: None,
+        occlusion,
+        occlusion_screen: None,
+        tint,
+    })
 }
 
 /// Spheres for probes, where settings ask for them.
@@ -645,6 +655,7 @@ pub(crate) fn fisheye_passes(
         ids: None,
         motion: None,
         occlusion: None,
+        occlusion_screen: None,
         tint: None,
     })
 }
@@ -658,7 +669,7 @@ pub(crate) fn fisheye_passes(
 pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Handle, ProgramError> {
     let (pairs, depth) = match settings.render.path {
         Path::Deferred => {
-            let (ViewOutputs { depth, .. }, gbuffer) = surface_passes(r, &Variables::default(), false)?;
+            let (ViewOutputs { depth, .. }, gbuffer) = surface_passes(r, settings, &Variables::default(), false)?;
             let pairs = LightTarget::new(r).cleared(r.graph);
             let (pairs, depth) = light_passes(r, settings, &gbuffer, InPicture::default(), depth, pairs)?;
             forward::record_layered(r, None, pairs, LayeredDepth::There(depth))?
@@ -676,8 +687,12 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
 ///
 /// # Errors
 /// A program that does not compile, or declares what nobody binds.
-pub fn variable_passes(r: &mut Recorder<'_, '_>, variables: &Variables) -> Result<ViewOutputs, ProgramError> {
-    let (outputs, gbuffer) = surface_passes(r, variables, false)?;
+pub fn variable_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    variables: &Variables,
+) -> Result<ViewOutputs, ProgramError> {
+    let (outputs, gbuffer) = surface_passes(r, settings, variables, false)?;
     Ok(ViewOutputs { gbuffer: Some(gbuffer), ..outputs })
 }
 
@@ -685,6 +700,7 @@ pub fn variable_passes(r: &mut Recorder<'_, '_>, variables: &Variables) -> Resul
 /// [`geometry::record`].
 fn surface_passes(
     r: &mut Recorder<'_, '_>,
+    settings: &Settings,
     variables: &Variables,
     fills_background: bool,
 ) -> Result<(ViewOutputs, Gbuffer), ProgramError> {
@@ -699,8 +715,21 @@ fn surface_passes(
     let ids = wanted.ids.then(|| ids::record(r, &geometry.depth)).transpose()?;
     let step = variables.camera_step.as_ref();
     let motion = wanted.motion.then(|| motion::record(r, &geometry.depth, step)).transpose()?;
-    let depth = geometry.depth;
-    Ok((ViewOutputs { radiance, depth, gbuffer: None, emission, ids, motion, occlusion: None, tint: None }, gbuffer))
+    let seen = occlusion::Seen { normal: &gbuffer.normal, linear_depth: &gbuffer.linear_depth, depth: &geometry.depth };
+    let occlusion_screen =
+        wanted.occlusion_screen.then(|| occlusion::record_variable(r, &settings.occlusion, seen)).transpose()?;
+    let outputs = ViewOutputs {
+        radiance,
+        depth: geometry.depth,
+        gbuffer: None,
+        emission,
+        ids,
+        motion,
+        occlusion: None,
+        occlusion_screen,
+        tint: None,
+    };
+    Ok((outputs, gbuffer))
 }
 
 /// What a view records for variables alone.

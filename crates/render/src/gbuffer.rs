@@ -104,6 +104,8 @@ pub struct ViewOutputs {
     pub motion: Option<Handle>,
     /// The share of the environment's light that reaches surfaces, if it was found.
     pub occlusion: Option<Handle>,
+    /// The same at the size of the view, if a variable needs it.
+    pub occlusion_screen: Option<Handle>,
     /// What comes through glass of a background that is none of radiance, beside what alpha says (`transmittance`).
     pub tint: Option<Handle>,
 }

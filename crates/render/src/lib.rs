@@ -97,7 +97,7 @@ pub use passes::tone_map::Tonemap;
 pub use passes::upscale::UpscaleMethod;
 pub use pose::Pose;
 pub use quality::{Quality, QualityBudget};
-pub use record::{LegendEntry, PreparedView, Recorder};
+pub use record::{LegendEntry, PreparedView, Recorder, Texels};
 pub use render_settings::Path;
 pub use renderer::{RenderedView, Renderer};
 pub use request::{Averaging, FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};

@@ -9,7 +9,7 @@ pub use settings::TransparencySettings;
 
 use crate::draws::WorldDraws;
 use crate::gbuffer::{LightTarget, RADIANCE};
-use crate::record::{PreparedView, Recorder, SurfacePass};
+use crate::record::{PreparedView, Recorder, SurfacePass, Texels};
 use crate::setting::choices;
 use crate::shader::program::Constant;
 use bytemuck::{Pod, Zeroable};
@@ -178,9 +178,13 @@ impl Blended {
     /// Over `radiance`, behind what `depth` holds. Where pairs are counted, the way is none of it.
     pub fn new(r: &mut Recorder<'_, '_>, mode: TransparencyMode, radiance: Handle, depth: Handle) -> Self {
         let mode = if r.view.counts_pairs() { TransparencyMode::Sorted } else { mode };
-        let targets = (mode == TransparencyMode::Weighted)
-            .then(|| [r.multisampled("transparency.sums", RADIANCE), r.multisampled("transparency.weights", WEIGHTS)]);
-        Self { mode, radiance, depth, sums: targets }
+        let sums = (mode == TransparencyMode::Weighted).then(|| {
+            let sums = r.multisampled("transparency.sums", RADIANCE);
+            let weights = r.multisampled("transparency.weights", WEIGHTS);
+            r.declare_texels(&weights, Texels::Number);
+            [sums, weights]
+        });
+        Self { mode, radiance, depth, sums }
     }
 
     /// What the pass that draws them finds in the uniform `weighting`.

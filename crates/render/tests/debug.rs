@@ -5,16 +5,18 @@
 mod common;
 
 use common::{plain_request, renderer};
-use glam::{Vec3, Vec4};
+use glam::{Quat, Vec3, Vec4};
 use manypass::gpu::Floor;
 use manypass::{Background, FrameRequest, Gpu, LegendEntry, Path, Renderer, Settings, Tonemap};
 use manypass_scene::{
-    Aabb, AlphaMode, Camera, Image, ImageSource, Material, Mesh, Node, PixelFormat, Pixels, Primitive, Projection,
-    Sampler, Scene, ShadingModel, Texture, TextureRef, TextureTransform,
+    Aabb, AlphaMode, Camera, Image, ImageSource, Light, LightKind, Material, Mesh, Node, PixelFormat, Pixels,
+    Primitive, Projection, Sampler, Scene, ShadingModel, Texture, TextureRef, TextureTransform, primitives,
 };
+use manypass_testkit::build::SceneBuilder;
 use std::sync::Arc;
 
-const VIEWS: [&str; 6] = ["lights", "overdraw", "uv", "normals", "texel_density", "flags"];
+const VIEWS: [&str; 9] =
+    ["lights", "overdraw", "uv", "normals", "texel_density", "flags", "clusters", "cascades", "levels"];
 
 /// A scene with a camera that sees 1 m by 1 m across the view axis, along −Z.
 fn scene() -> Scene {
@@ -215,6 +217,54 @@ fn wrong_inputs_are_flagged() {
         let (x, y) = (i % 4 * 16, i / 4 * 16);
         assert_eq!([found.at(x + 10, y + 9), found.at(x + 5, y + 6)], [*expected; 2], "subject {i}");
     }
+}
+
+#[test]
+fn slices_of_clusters_follow_each_other() {
+    let mut scene = scene();
+    put(&mut scene, square(0.4), matte(), Vec3::new(-0.25, 0.0, 0.0));
+    put(&mut scene, square(0.4), matte(), Vec3::new(0.25, 0.0, -4.0));
+    // One that is in lists.
+    scene.lights.push(Light { range_m: Some(20.0), ..Light::default() });
+    scene.add_node(None, Node { light: Some(0), translation: Vec3::Z, ..Node::default() });
+    let asked =
+        request(&mut scene, (32, 32), "clusters").with(|settings| settings.set("clusters.slices", "8").unwrap());
+    let found = shown(&mut renderer(), &scene, &asked);
+    let slice = |meaning: &str| {
+        let number = meaning.strip_prefix("slice ").and_then(|rest| rest.split(',').next());
+        number.unwrap_or_else(|| panic!("{meaning}")).parse::<u32>().unwrap()
+    };
+    let (near, far) = (slice(found.at(8, 16)), slice(found.at(24, 16)));
+    // 5 m and 9 m are at least a slice apart, in eight of 0.1 m to 10 m.
+    assert!(near < far, "{near} {far}");
+    assert_eq!([found.at(4, 12), found.at(28, 20), found.at(16, 1)], [found.at(8, 16), found.at(24, 16), "no surface"]);
+}
+
+#[test]
+fn cascades_follow_each_other_away_from_the_eye() {
+    let projection = Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: Some(100.0) };
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 1.5, 25.0), Vec3::new(0.0, 0.5, 0.0), projection);
+    builder.put(primitives::plane(60.0), matte(), Node::default());
+    for place in 0..8 {
+        let translation = Vec3::new(1.0, 0.5, 22.0 - 6.0 * place as f32);
+        builder.put(primitives::cube(Vec3::splat(0.5)), matte(), Node { translation, ..Node::default() });
+    }
+    let mut scene = builder.finish();
+    scene.lights.push(Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() });
+    let rotation = Quat::from_rotation_y(0.6) * Quat::from_rotation_x(-0.9);
+    scene.add_node(None, Node { light: Some(0), rotation, ..Node::default() });
+    let mut renderer = renderer();
+    let asked = request(&mut scene, (48, 64), "cascades").with(|settings| settings.shadows.enabled = true);
+    let found = shown(&mut renderer, &scene, &asked);
+    let number = |meaning: &str| meaning.strip_prefix("cascade ").map(|number| number.parse::<u32>().unwrap());
+    let upwards: Vec<u32> = (0..64).rev().filter_map(|y| number(found.at(20, y))).collect();
+    println!("cascades away from the eye: {upwards:?}");
+    assert!(upwards.len() > 20 && upwards.is_sorted() && upwards.first() < upwards.last(), "{upwards:?}");
+    let one = shown(&mut renderer, &scene, &asked.with(|settings| settings.shadows.cascades = 1));
+    assert!(one.meanings().any(|meaning| meaning == "cascade 1"));
+    assert!(one.meanings().all(|meaning| number(meaning).unwrap_or(1) == 1));
+    let none = shown(&mut renderer, &scene, &asked.with(|settings| settings.shadows.enabled = false));
+    assert!(none.meanings().all(|meaning| ["no cascade", "no surface"].contains(&meaning)));
 }
 
 #[test]

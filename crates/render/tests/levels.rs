@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::levels::{distance_m, lit, picture, put, request};
+use common::levels::{SIDE, distance_m, lit, picture, put, request};
 use common::{floats, ids, renderer};
 use glam::Vec3;
 use manypass::{Aov, FrameRequest, Path, Renderer};
@@ -83,6 +83,20 @@ fn a_view_counts_what_it_shows_of_each_level() {
     assert_eq!(counts(0.06), [(1, 48 * 23 * 2)]);
     assert_eq!(counts(0.02), [(0, 0), (1, 12)]);
     assert_eq!(counts(0.0005), []);
+}
+
+#[test]
+fn the_debug_view_shows_the_level_that_is_drawn() {
+    let (scene, _) = three_forms();
+    let mut renderer = renderer();
+    for (coverage, meaning) in [(0.06, "level 0, the finest"), (0.02, "level 1")] {
+        let asked = request(distance_m(coverage)).with(|settings| settings.set("debug.view", "levels").unwrap());
+        let pictures = renderer.passes(&scene, &asked).unwrap();
+        let shown = pictures.iter().find(|picture| picture.name.starts_with("debug >")).unwrap();
+        let entry = shown.legend.iter().find(|entry| entry.label == meaning).unwrap();
+        let middle = (SIDE / 2 * SIDE + SIDE / 2) as usize * 4;
+        assert_eq!(shown.rgba8[middle..middle + 3], entry.color_srgb, "coverage {coverage}");
+    }
 }
 
 /// A body with hills, and its levels.

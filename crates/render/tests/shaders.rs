@@ -125,7 +125,8 @@ fn every_loop_counts_up_to_a_bound_that_stays() {
 /// The values that an `override` constant takes, by its name: 0 and 1, but for those that are numbers or bits.
 fn values_of(name: &str) -> std::ops::RangeInclusive<u32> {
     match name {
-        "curve" | "shown" => 0..=5,
+        "curve" => 0..=5,
+        "shown" => 0..=8,
         "blending" | "lights_of" | "reflectance_model" | "sun_count" | "directed_light" => 0..=2,
         "probe_grids" => 0..=4,
         "light_classes" => 0..=63,

@@ -100,8 +100,8 @@ export interface DisposedError extends Error { name: "Disposed"; }
 /** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */
 export interface ExposureInfo { mode: "auto" | "stops"; stops: number; logAverageLuminance: number | null; }
 /** The name of a variable: what the frame knows of every pixel besides its colour. docs/aovs.md says what each holds. */
-export type VariableName = "base_color" | "occlusion" | "normal" | "normal_view" | "position" | "depth" | "metallic" | "roughness"
-  | "emission" | "motion" | "object_id" | "material_id" | "radiance";
+export type VariableName = "base_color" | "occlusion" | "occlusion_screen" | "normal" | "normal_view" | "position" | "depth" | "metallic"
+  | "roughness" | "emission" | "motion" | "object_id" | "material_id" | "radiance";
 /** The values of a variable: `channels` a pixel, rows from the top. Those of ids are a Uint32Array, all others a Float32Array. */
 export interface Variable { name: VariableName; width: number; height: number; channels: number; data: Float32Array | Uint32Array; }
 /**

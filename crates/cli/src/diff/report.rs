@@ -58,10 +58,10 @@ fn variables_text(variables: &Variables) -> String {
     for Variable { aov, mean, largest, largest_at_px: (x, y), share, .. } in all {
         let name = aov.name();
         if *share == 0.0 {
-            text += &format!("  {name:12} same\n");
+            text += &format!("  {name:16} same\n");
             continue;
         }
-        text += &format!("  {name:12} {:6.2} % of pixels", percent(*share));
+        text += &format!("  {name:16} {:6.2} % of pixels", percent(*share));
         let unit = unit(*aov);
         if unit != SHARE {
             let unit = if unit == "1" { String::new() } else { format!(" {unit}") };

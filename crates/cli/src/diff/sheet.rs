@@ -41,6 +41,7 @@ pub fn png(comparison: &Comparison) -> Result<Vec<u8>, Failure> {
         .iter()
         .map(|cell| Entry {
             label: &cell.label,
+            group: "",
             width: map.width as u32,
             height: map.height as u32,
             rgba8: &cell.rgba8,

@@ -51,7 +51,7 @@ pub fn unit(aov: Aov) -> &'static str {
         Aov::Position | Aov::Depth => "m",
         Aov::Emission | Aov::Radiance => "cd/m2",
         Aov::Motion => "px",
-        Aov::BaseColor | Aov::Occlusion | Aov::Metallic | Aov::Roughness => "1",
+        Aov::BaseColor | Aov::Occlusion | Aov::OcclusionScreen | Aov::Metallic | Aov::Roughness => "1",
         Aov::ObjectId | Aov::MaterialId => "share",
     }
 }
@@ -62,7 +62,7 @@ enum Part {
     Geometry,
     Material,
     Light,
-    /// Names alone.
+    /// Names, and what follows from the others.
     Neither,
 }
 
@@ -71,7 +71,8 @@ const fn part(aov: Aov) -> Part {
         Aov::Depth | Aov::Position | Aov::Normal | Aov::NormalView => Part::Geometry,
         Aov::BaseColor | Aov::Occlusion | Aov::Metallic | Aov::Roughness | Aov::Emission => Part::Material,
         Aov::Radiance => Part::Light,
-        Aov::Motion | Aov::ObjectId | Aov::MaterialId => Part::Neither,
+        // What lies beside a pixel's surface changes its occlusion.
+        Aov::OcclusionScreen | Aov::Motion | Aov::ObjectId | Aov::MaterialId => Part::Neither,
     }
 }
 
@@ -193,6 +194,7 @@ fn tolerance(aov: Aov, magnitude: f32, radius_m: f32) -> f32 {
         // A tenth of the step from black.
         Aov::BaseColor => 3e-5,
         Aov::Occlusion | Aov::Metallic | Aov::Roughness => 0.5 / 255.0,
+        Aov::OcclusionScreen => 2.0 / 255.0,
         // Half floats have eleven bits; lists of lights add in another order.
         Aov::Emission => 2e-3 * magnitude,
         Aov::Radiance => 1e-2 * magnitude,

@@ -16,6 +16,7 @@ pub(crate) struct AovExports {
     emission: Option<Export>,
     ids: Option<Export>,
     motion: Option<Export>,
+    occlusion_screen: Option<Export>,
 }
 
 impl AovExports {
@@ -25,6 +26,7 @@ impl AovExports {
             emission: outputs.emission.map(|handle| graph.export(handle)),
             ids: outputs.ids.map(|handle| graph.export(handle)),
             motion: outputs.motion.map(|handle| graph.export(handle)),
+            occlusion_screen: outputs.occlusion_screen.map(|handle| graph.export(handle)),
             gbuffer: outputs.gbuffer.map(|gbuffer| {
                 [gbuffer.base_color, gbuffer.normal, gbuffer.material, gbuffer.linear_depth]
                     .map(|handle| graph.export(handle))
@@ -50,6 +52,7 @@ impl AovExports {
             emission: self.emission.map(exported).transpose()?,
             ids: self.ids.map(exported).transpose()?,
             motion: self.motion.map(exported).transpose()?,
+            occlusion_screen: self.occlusion_screen.map(exported).transpose()?,
         }))
     }
 }
@@ -65,6 +68,7 @@ pub(crate) struct AovTextures {
     emission: Option<wgpu::Texture>,
     ids: Option<wgpu::Texture>,
     motion: Option<wgpu::Texture>,
+    occlusion_screen: Option<wgpu::Texture>,
 }
 
 impl AovTextures {
@@ -85,10 +89,11 @@ impl AovTextures {
                 pixels.normal = read(&self.normal).await?;
                 pixels.linear_depth = read(&self.linear_depth).await?;
             }
-            Aov::Emission | Aov::Motion | Aov::ObjectId | Aov::MaterialId | Aov::Radiance => {
+            Aov::Emission | Aov::Motion | Aov::OcclusionScreen | Aov::ObjectId | Aov::MaterialId | Aov::Radiance => {
                 let (texture, slot) = match aov {
                     Aov::Emission => (&self.emission, &mut pixels.emission),
                     Aov::Motion => (&self.motion, &mut pixels.motion),
+                    Aov::OcclusionScreen => (&self.occlusion_screen, &mut pixels.occlusion_screen),
                     _ => (&self.ids, &mut pixels.ids),
                 };
                 if let Some(texture) = texture {

@@ -65,6 +65,7 @@ impl Aov {
         match self {
             Self::BaseColor => &BASE_COLOR,
             Self::Occlusion => &OCCLUSION,
+            Self::OcclusionScreen => &OCCLUSION_SCREEN,
             Self::Normal => &NORMAL,
             Self::NormalView => &NORMAL_VIEW,
             Self::Position => &POSITION,
@@ -105,6 +106,14 @@ const OCCLUSION: AovInfo = AovInfo {
     space: NO_SPACE,
     background: "0",
     png: PngEncoding::Unit8,
+};
+
+const OCCLUSION_SCREEN: AovInfo = AovInfo {
+    name: "occlusion_screen",
+    doc: "Share of the environment's light that screen-space occlusion lets through; 1 is open. By the settings \
+          `occlusion.*`, whether or not the picture has it (`occlusion.enabled`)",
+    background: "1",
+    ..OCCLUSION
 };
 
 const NORMAL: AovInfo = AovInfo {

@@ -26,6 +26,8 @@ pub(crate) struct GbufferPixels {
     pub ids: Option<Vec<u8>>,
     /// Two floats a pixel; none if no variable needs it.
     pub motion: Option<Vec<u8>>,
+    /// A float a pixel; none if no variable needs it.
+    pub occlusion_screen: Option<Vec<u8>>,
 }
 
 impl GbufferPixels {
@@ -42,6 +44,7 @@ impl GbufferPixels {
             emission: None,
             ids: None,
             motion: None,
+            occlusion_screen: None,
         }
     }
 
@@ -73,6 +76,11 @@ impl GbufferPixels {
             Aov::Motion => {
                 let Some(motion) = &self.motion else { return Ok(None) };
                 self.floats(|i| [0, 4].map(|channel| f32::from_le_bytes(word(motion, i * 8 + channel))))
+            }
+            Aov::OcclusionScreen => {
+                let Some(shares) = &self.occlusion_screen else { return Ok(None) };
+                // One sample of few directions may lie beyond the range.
+                self.floats(|i| [f32::from_le_bytes(word(shares, i * 4)).clamp(0.0, 1.0)])
             }
             Aov::ObjectId | Aov::MaterialId => {
                 let Some(ids) = &self.ids else { return Ok(None) };

@@ -1,5 +1,6 @@
 //! Which items have levels of detail, and which a view shows.
 
+use super::list::Draw;
 use super::world::{Item, WorldDraws};
 use crate::levels::{Choice, Chooser, Group, Side, SurfaceForm, faded};
 use crate::resources::{GpuPrimitive, Instance};
@@ -142,6 +143,11 @@ impl Item {
 }
 
 impl WorldDraws {
+    /// The level of detail of a draw: that of its mesh, beyond that of its node or its material.
+    pub fn level_of(&self, draw: &Draw) -> u32 {
+        self.items.get(draw.item as usize).map_or(0, Item::own_level) + draw.form.level
+    }
+
     /// The indices of an item at a level of its mesh, or its vertices, and the page of indices.
     pub fn elements(&self, item: &Item, level: u32) -> (Range<u32>, Option<u32>) {
         let at = level.checked_sub(1).map(|level| (item.levels.of_mesh.start + level) as usize);

@@ -9,6 +9,7 @@ mod legend;
 mod scrubbed;
 mod surfaces;
 mod tables;
+mod texels;
 mod uniforms;
 mod view;
 mod volumes;
@@ -16,6 +17,7 @@ mod volumes;
 pub use fullscreen::{ADD, Fullscreen, PicturePart};
 pub use legend::LegendEntry;
 pub use surfaces::{DecalUse, SurfacePass, TilePass, Which};
+pub use texels::Texels;
 pub use view::PreparedView;
 
 pub(crate) use bind_groups::BindGroups;
@@ -26,6 +28,7 @@ pub(crate) use scrubbed::Scrubbed;
 pub(crate) use surfaces::{Bundles, SurfacePipelines};
 pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables};
 pub(crate) use tables::{depth_texture, directional_albedo_texels};
+pub(crate) use texels::TargetTexels;
 pub(crate) use uniforms::UniformArena;
 pub(crate) use view::{COUNTS_PAIRS, UNFILTERED_SAMPLES, ViewTables, Viewed};
 pub(crate) use volumes::Volumes;
@@ -103,6 +106,18 @@ impl<'r, 'f> Recorder<'r, 'f> {
     /// Says what the colours mean that the pass `pass` draws. Whoever shows its picture shows the legend with it.
     pub fn legend(&mut self, pass: &str, entries: Vec<LegendEntry>) {
         self.frame.legends.add(&self.view.name, pass, entries);
+    }
+
+    /// Says what the texels of `target` hold. Whoever shows its picture unpacks them by that, and not by their format.
+    pub fn declare_texels(&mut self, target: &Handle, texels: Texels) {
+        self.frame.legends.texels.add(target.name(), texels);
+    }
+
+    /// Says that `target` holds what `source` does.
+    pub fn declare_texels_of(&mut self, target: &Handle, source: &Handle) {
+        if let Some(texels) = self.frame.legends.texels.of(source.name()) {
+            self.declare_texels(target, texels);
+        }
     }
 
     /// A full-screen pass of the program `program` with the axes `axes` on. Its name is its folder's, then the step's.

@@ -111,6 +111,11 @@ impl PreparedView {
         self.constants.iter().filter(|(constant, _)| has_constant(program, constant)).copied().collect()
     }
 
+    /// How many levels of detail its draws have, from the finest to the coarsest that is shown.
+    pub fn level_count(&self) -> u32 {
+        (self.draws.levels.len() as u32).max(1)
+    }
+
     /// Whether its passes count pairs of a light and what it may reach, in place of light.
     pub fn counts_pairs(&self) -> bool {
         self.constants.contains(&COUNTS_PAIRS)

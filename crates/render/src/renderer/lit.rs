@@ -148,7 +148,9 @@ impl Renderer {
             },
             culling,
             wants_lists: is_drawn
-                && (reads_lists || settings.fog.scatters() || settings.debug.view == DebugView::Lights),
+                && (reads_lists
+                    || settings.fog.scatters()
+                    || matches!(settings.debug.view, DebugView::Lights | DebugView::Clusters)),
             objects: has_objects.then(|| world.draws.object_bounds()),
             decals: if is_drawn { world.decals.clone() } else { SharedDecals::default() },
             depth_row: if has_volumes { asked.depth_row(seen, range) } else { Vec4::ZERO },

@@ -220,13 +220,13 @@ fn record_view<'f>(
     let request = &asked.request;
     if matches!(purpose, Purpose::Variables) {
         let mut r = Recorder::new(graph, frame, &ready.view);
-        let outputs = frame::variable_passes(&mut r, &ready.variables)?;
+        let outputs = frame::variable_passes(&mut r, &request.settings, &ready.variables)?;
         return Ok(Recorded { variables: AovExports::new(r.graph, outputs), ..Recorded::default() });
     }
     let (variables, of_view) = match &ready.variables_view {
         Some(view) => {
             let mut r = Recorder::new(graph, frame, view);
-            (Some(frame::variable_passes(&mut r, &ready.variables)?), ready.of_effects)
+            (Some(frame::variable_passes(&mut r, &request.settings, &ready.variables)?), ready.of_effects)
         }
         None => (None, ready.variables.and(&ready.of_effects)),
     };

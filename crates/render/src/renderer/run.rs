@@ -183,7 +183,7 @@ impl Renderer {
             Purpose::Pictures(pictures) => {
                 let report = run.read(&self.gpu.device);
                 let picture = |tap| {
-                    let picture = crate::aov::tap_picture(tap)?;
+                    let picture = crate::aov::tap_picture(tap, legends.texels.of(&tap.texture))?;
                     Some(crate::request::PassPicture { legend: legends.of(&tap.pass), ..picture })
                 };
                 *pictures = report.taps.iter().filter_map(picture).collect();

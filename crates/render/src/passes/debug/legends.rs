@@ -1,7 +1,10 @@
 //! What each view draws with, and what its colours mean: the legend and the picture take their colours from here.
 
 use super::settings::DebugView;
-use crate::constants::{DEBUG_FLAGS, DEBUG_LIGHTS, DEBUG_NORMALS, DEBUG_OVERDRAW, DEBUG_TEXEL_DENSITY, DEBUG_UV};
+use crate::constants::{
+    DEBUG_CASCADES, DEBUG_CLUSTERS, DEBUG_FLAGS, DEBUG_LEVELS, DEBUG_LIGHTS, DEBUG_NORMALS, DEBUG_OVERDRAW,
+    DEBUG_TEXEL_DENSITY, DEBUG_UV,
+};
 use crate::record::LegendEntry;
 
 /// A colour, sRGB.
@@ -30,6 +33,8 @@ pub struct Shown {
     pub adds_hidden: bool,
     /// Whether blended surfaces add to what is behind them; else they hide it.
     pub adds_blended: bool,
+    /// Whether each level of detail has a pass of its own, whose shader is told the level.
+    pub parts_levels: bool,
 }
 
 impl Shown {
@@ -43,9 +48,18 @@ impl Shown {
             DebugView::Normals => (DEBUG_NORMALS, Drawn::Colors(DIRECTIONS)),
             DebugView::TexelDensity => (DEBUG_TEXEL_DENSITY, Drawn::Steps(DENSITIES)),
             DebugView::Flags => (DEBUG_FLAGS, Drawn::Steps(FLAGS)),
+            DebugView::Clusters => (DEBUG_CLUSTERS, Drawn::Steps(SLICES)),
+            DebugView::Cascades => (DEBUG_CASCADES, Drawn::Steps(CASCADES)),
+            DebugView::Levels => (DEBUG_LEVELS, Drawn::Steps(LEVELS)),
         };
         let adds_hidden = view == DebugView::Overdraw;
-        Some(Self { number, drawn, adds_hidden, adds_blended: adds_hidden || view == DebugView::Lights })
+        Some(Self {
+            number,
+            drawn,
+            adds_hidden,
+            adds_blended: adds_hidden || view == DebugView::Lights,
+            parts_levels: view == DebugView::Levels,
+        })
     }
 
     /// What its colours mean.
@@ -75,6 +89,41 @@ const COUNTS: &[(f32, Color, &str)] = &[
     (32.5, [228, 72, 16], "33 to 64"),
     (64.5, [172, 22, 6], "65 to 128"),
     (128.5, [255, 0, 255], "more than 128"),
+];
+
+/// Neighbours differ in hue and brightness.
+const SLICES: &[(f32, Color, &str)] = &[
+    (0.0, [66, 84, 200], "slice 0, 8, 16, ..."),
+    (0.5, [250, 190, 60], "slice 1, 9, 17, ..."),
+    (1.5, [30, 150, 150], "slice 2, 10, 18, ..."),
+    (2.5, [240, 100, 80], "slice 3, 11, 19, ..."),
+    (3.5, [60, 130, 50], "slice 4, 12, 20, ..."),
+    (4.5, [220, 130, 240], "slice 5, 13, 21, ..."),
+    (5.5, [120, 60, 30], "slice 6, 14, 22, ..."),
+    (6.5, [170, 230, 110], "slice 7, 15, 23, ..."),
+];
+
+const CASCADES: &[(f32, Color, &str)] = &[
+    (0.0, [96, 96, 96], "no cascade"),
+    (0.5, [222, 64, 16], "cascade 1"),
+    (1.5, [252, 136, 36], "cascade 2"),
+    (2.5, [248, 210, 50], "cascade 3"),
+    (3.5, [110, 216, 90], "cascade 4"),
+    (4.5, [30, 195, 190], "cascade 5"),
+    (5.5, [50, 150, 240], "cascade 6"),
+    (6.5, [66, 84, 200], "cascade 7"),
+    (7.5, [150, 70, 200], "cascade 8"),
+];
+
+const LEVELS: &[(f32, Color, &str)] = &[
+    (0.0, [222, 64, 16], "level 0, the finest"),
+    (0.5, [252, 136, 36], "level 1"),
+    (1.5, [248, 210, 50], "level 2"),
+    (2.5, [110, 216, 90], "level 3"),
+    (3.5, [30, 195, 190], "level 4"),
+    (4.5, [50, 150, 240], "level 5"),
+    (5.5, [66, 84, 200], "level 6"),
+    (6.5, [150, 70, 200], "level 7 and coarser"),
 ];
 
 const CORNERS: &[(Color, &str)] = &[

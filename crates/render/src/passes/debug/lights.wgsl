@@ -13,3 +13,14 @@ fn visited_lights(in: SurfaceVarying) -> f32 {
     let is_unlit = (material_factors.shading_model < 0.25) | is_without_normals(in.object);
     return select(f32(cluster_grid.global_count + list.end - list.first), 0.0, is_unlit);
 }
+
+// So many slices have colours of their own; then these begin again.
+const SLICE_COLORS: u32 = 8u;
+
+// The slice along the view axis of a pixel's cluster.
+fn cluster_slice(in: SurfaceVarying) -> f32 {
+    let distance_m = distance_from_depth_ndc(in.position_clip.xy, in.position_clip.z);
+    let index = cluster_index_at(in.position_clip.xy, distance_m);
+    let slice = index / max(cluster_grid.size.x * cluster_grid.size.y, 1u);
+    return f32(slice % SLICE_COLORS);
+}

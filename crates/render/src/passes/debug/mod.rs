@@ -1,10 +1,10 @@
 //! debug: what a frame is made of, in place of the picture: lights and fragments a pixel, texture coordinates, normals,
-//! the density of texels, inputs that cannot be right.
+//! the density of texels, inputs that cannot be right, slices of clusters, cascades of shadows, levels of detail.
 //!
 //! Sources: lists of lights a pixel as heat after Olsson et al. 2012; the range of base colours (sRGB 30 to 240, of its
 //! luminance; metals may be brighter) after McDermott 2018, "The PBR Guide". It draws all surfaces again, with a depth
-//! of its own, so that it is the same on every path. Reads: surfaces, lists of lights. Writes: the picture, in display
-//! colours, so that they are those of the legend whatever curve and exposure.
+//! of its own, so that it is the same on every path. Reads: surfaces, lists of lights, tiles of shadows. Writes: the
+//! picture, in display colours, so that they are those of the legend whatever curve and exposure.
 
 mod legends;
 mod settings;
@@ -15,6 +15,7 @@ use crate::record::{ADD, Recorder, Which};
 use crate::shader::program::ProgramError;
 use legends::{BACKGROUND, Color, Drawn, Shown};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
+use std::borrow::Cow;
 
 /// The format of what surfaces leave: half floats add up on every backend, and hold whole numbers up to 2,048.
 const DRAWN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -74,36 +75,57 @@ pub fn record(r: &mut Recorder<'_, '_>, settings: &DebugSettings, display: Handl
 /// Draws all surfaces of the view as `shown` says.
 fn record_surfaces(r: &mut Recorder<'_, '_>, shown: Shown) -> Result<Handle, ProgramError> {
     const CLEAR: DepthLoad = DepthLoad::Clear { depth: 0.0, stencil: 0 };
-    let drawn = r.texture("debug.drawn", DRAWN);
+    let mut drawn = r.texture("debug.drawn", DRAWN);
     let mut depth = r.texture("debug.depth", r.frame.gpu.capabilities.depth_format);
     if shown.adds_hidden {
         // Nothing is hidden behind depth that stays cleared.
         depth = r.graph.pass("debug.depth").depth_stencil(depth, CLEAR);
     }
-    let mut pass = r.surfaces("debug.opaque", "debug_surfaces");
-    pass.constant("shown", shown.number);
-    let drawn = pass.color(drawn, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
-    if shown.adds_hidden {
-        pass.depth_read_only(&depth);
-        pass.blend(ADD);
-    } else {
-        depth = pass.depth(depth, CLEAR);
+    let levels = if shown.parts_levels { r.view.level_count() } else { 1 };
+    for level in 0..levels {
+        let is_first = level == 0;
+        let mut pass = r.surfaces(step_name("debug.opaque", level), "debug_surfaces");
+        pass.constant("shown", shown.number);
+        drawn = pass.color(drawn, if is_first { ColorLoad::Clear(wgpu::Color::TRANSPARENT) } else { ColorLoad::Keep });
+        if shown.adds_hidden {
+            pass.depth_read_only(&depth);
+            pass.blend(ADD);
+        } else {
+            depth = pass.depth(depth, if is_first { CLEAR } else { DepthLoad::Keep });
+        }
+        if shown.parts_levels {
+            pass.constant("level_of_detail", level);
+            pass.draw_opaque_at(level)?;
+        } else {
+            pass.draw_opaque(Which::All)?;
+        }
     }
-    pass.draw_opaque(Which::All)?;
     if !r.view.has_blended() {
         return Ok(drawn);
     }
-    let mut pass = r.surfaces("debug.blended", "debug_surfaces");
-    pass.constant("shown", shown.number);
-    let drawn = pass.color(drawn, ColorLoad::Keep);
-    if shown.adds_blended {
-        pass.depth_read_only(&depth);
-        pass.blend(ADD);
-    } else {
-        pass.depth(depth, DepthLoad::Keep);
+    for level in 0..levels {
+        let mut pass = r.surfaces(step_name("debug.blended", level), "debug_surfaces");
+        pass.constant("shown", shown.number);
+        drawn = pass.color(drawn, ColorLoad::Keep);
+        if shown.adds_blended {
+            pass.depth_read_only(&depth);
+            pass.blend(ADD);
+        } else {
+            depth = pass.depth(depth, DepthLoad::Keep);
+        }
+        if shown.parts_levels {
+            pass.constant("level_of_detail", level);
+            pass.draw_blended_at(level)?;
+        } else {
+            pass.draw_blended()?;
+        }
     }
-    pass.draw_blended()?;
     Ok(drawn)
+}
+
+/// The name of a step's pass of a level; the finest has that of the step.
+fn step_name(step: &'static str, level: u32) -> Cow<'static, str> {
+    if level == 0 { step.into() } else { format!("{step}.{level}").into() }
 }
 
 #[cfg(test)]

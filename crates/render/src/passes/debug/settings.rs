@@ -20,6 +20,12 @@ choices! {
         TexelDensity = "texel_density",
         /// Inputs that cannot be right.
         Flags = "flags",
+        /// The slices, along the view axis, of the lists of lights.
+        Clusters = "clusters",
+        /// The cascades that shadows of parallel light are read from.
+        Cascades = "cascades",
+        /// The levels of detail.
+        Levels = "levels",
         /// The picture with its probes as spheres.
         Probes = "probes",
     }
@@ -29,7 +35,8 @@ settings! {
     /// Settings of the pictures that show how a frame is made.
     pub struct DebugSettings {
         /// What is shown in place of the picture: lights visited for a pixel, fragments drawn for it, texture
-        /// coordinates, world normals, texels of the base colour a pixel, inputs that cannot be right, or the picture with its probes as spheres; radiance and
+        /// coordinates, world normals, texels of the base colour a pixel, inputs that cannot be right, slices of
+        /// clusters, cascades of shadows, levels of detail, or the picture with its probes as spheres; radiance and
         /// variables stay what they are. `--contact-sheet` has the legend.
         view: DebugView = DebugView::Off;
     }

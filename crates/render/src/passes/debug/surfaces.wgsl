@@ -1,13 +1,15 @@
 // debug.opaque, debug.blended: what a view shows of surfaces. Which view is constant when a shader runs.
-// Reads: the lists of lights. Writes: colour, or a number in red; alpha is 1.
+// Reads: the lists of lights, tiles of shadows. Writes: colour, or a number in red; alpha is 1.
 // Program: debug_surfaces, also for points. Features: textures.
 
 import package::constants::{
-    DEBUG_FLAGS, DEBUG_LIGHTS, DEBUG_NORMALS, DEBUG_OVERDRAW, DEBUG_TEXEL_DENSITY, DEBUG_UV,
+    DEBUG_CASCADES, DEBUG_CLUSTERS, DEBUG_FLAGS, DEBUG_LEVELS, DEBUG_LIGHTS, DEBUG_NORMALS, DEBUG_OVERDRAW,
+    DEBUG_TEXEL_DENSITY, DEBUG_UV,
 };
+import package::passes::debug::cascades::cascade_number;
 import package::passes::debug::flags::{drawable, flag_of, wrong_of};
 import package::passes::debug::fragment::is_dropped;
-import package::passes::debug::lights::visited_lights;
+import package::passes::debug::lights::{cluster_slice, visited_lights};
 import package::passes::debug::texel_density::texels_per_pixel;
 import package::passes::debug::uv::uv_color;
 import package::shaders::surface_material::{shading_normal, surface_sample};
@@ -15,6 +17,8 @@ import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, surface_
 import package::view::view;
 
 override shown: u32 = DEBUG_OVERDRAW;
+// The level of detail that is drawn.
+override level_of_detail: u32 = 0u;
 
 struct DebugVarying {
     @invariant @builtin(position) position_clip: vec4f,
@@ -92,6 +96,15 @@ fn shown_of(in: SurfaceVarying, wrong: vec2f, front_facing: bool) -> vec3f {
     }
     if shown == DEBUG_FLAGS {
         return vec3f(flag_of(surface_sample(in, front_facing).surface, wrong), 0.0, 0.0);
+    }
+    if shown == DEBUG_CLUSTERS {
+        return vec3f(cluster_slice(in), 0.0, 0.0);
+    }
+    if shown == DEBUG_CASCADES {
+        return vec3f(cascade_number(in.position_world), 0.0, 0.0);
+    }
+    if shown == DEBUG_LEVELS {
+        return vec3f(f32(level_of_detail), 0.0, 0.0);
     }
     // One for every fragment; they are added up.
     return vec3f(1.0, 0.0, 0.0);

@@ -4,7 +4,7 @@
 //! Reads: materials. Writes: base_color, normal, material, radiance (alpha = coverage), depth.
 
 use crate::gbuffer::{BASE_COLOR, MATERIAL, NORMAL, RADIANCE};
-use crate::record::{DecalUse, Recorder, Which};
+use crate::record::{DecalUse, Recorder, Texels, Which};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 
@@ -73,6 +73,7 @@ pub fn record_unshaded(
     let (depth, depth_load) = record_depth(r, begun)?;
     let base_color = r.texture("geometry.base_color", BASE_COLOR);
     let normal = r.texture("geometry.normal", NORMAL);
+    r.declare_texels(&normal, Texels::Direction);
     let material = wants_material.then(|| r.texture("geometry.material", MATERIAL));
     let mut pass = r.surfaces("geometry", "geometry");
     let clear = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
@@ -99,6 +100,7 @@ pub fn record(
     let (depth, depth_load) = record_depth(r, begun)?;
     let base_color = r.texture("geometry.base_color", BASE_COLOR);
     let normal = r.texture("geometry.normal", NORMAL);
+    r.declare_texels(&normal, Texels::Direction);
     let material = r.texture("geometry.material", MATERIAL);
     // What is not opaque may glow, too.
     let glows = r.frame.world.glows || r.view.shows_first_surface;

@@ -8,7 +8,7 @@
 use crate::draws::Tile;
 use crate::gbuffer::LightTarget;
 use crate::ground::GroundMap;
-use crate::record::{PicturePart, Recorder};
+use crate::record::{PicturePart, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use glam::{Mat4, Vec2, Vec3};
 use manypass_graph::{ColorLoad, Handle};
@@ -26,6 +26,7 @@ pub(crate) fn record_map(
     let depths = r.texture_of("ground.depths", map.depths());
     let depths = r.tiles("ground.depths", "shadows").draw_into(depths, true, tiles)?;
     let shares = r.texture_of("ground.shares", map.texture());
+    r.declare_texels(&shares, Texels::Share);
     let step = r.fullscreen("ground.map", "ground_map", &[]).read_depth("depths", &depths);
     let shares = step.uniform("ground_map", &map.uniform()).draw_into(shares, ColorLoad::Discard)?;
     let step = r.fullscreen("ground.smooth", "ground_smooth", &[]).read("shares", &shares);

@@ -5,7 +5,7 @@
 //! here, so that frames without it pay nothing. It draws opaque and masked surfaces again where their depth lies in the
 //! depth buffer: positions are `@invariant`. Reads: depth. Writes: ids (rg32uint).
 
-use crate::record::{Recorder, Which};
+use crate::record::{Recorder, Texels, Which};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 
@@ -23,6 +23,7 @@ pub fn record_of(
     depth: &Handle,
 ) -> Result<Handle, ProgramError> {
     let target = r.texture(name, IDS);
+    r.declare_texels(&target, Texels::Ids);
     let mut pass = r.surfaces(name, "ids");
     let ids = pass.color(target, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
     pass.depth_read_only(depth);
@@ -36,6 +37,7 @@ pub fn record_of(
 /// A program that does not compile.
 pub fn record(r: &mut Recorder<'_, '_>, depth: &Handle) -> Result<Handle, ProgramError> {
     let target = r.texture("ids", IDS);
+    r.declare_texels(&target, Texels::Ids);
     let mut pass = r.surfaces("ids", "ids");
     let ids = pass.color(target, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
     pass.depth_read_only(depth);

@@ -3,7 +3,7 @@
 //! Reads: depth. Writes: linear_depth (r32float; the background is `DISTANCE_BACKGROUND_M`, which stands for infinity).
 
 use crate::gbuffer::LINEAR_DEPTH;
-use crate::record::Recorder;
+use crate::record::{Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 
@@ -13,6 +13,7 @@ use manypass_graph::{ColorLoad, Handle};
 /// A program that does not compile.
 pub fn record(r: &mut Recorder<'_, '_>, name: &'static str, depth: &Handle) -> Result<Handle, ProgramError> {
     let target = r.texture(name, LINEAR_DEPTH);
+    r.declare_texels(&target, Texels::Distance);
     let leaves_out = u32::from(r.view.settled.is_some());
     let step = r.fullscreen(name, "linear_depth", &[]).constant("leaves_out", leaves_out);
     step.read_depth("depth", depth).leave_out_settled().draw_into(target, ColorLoad::Discard)

@@ -8,7 +8,7 @@
 //! `meter.adapted` (one texel, r32float: stops), which the next frame finds.
 
 use crate::constants::METERED_SIDE;
-use crate::record::{Fullscreen, Recorder};
+use crate::record::{Fullscreen, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use bytemuck::Zeroable;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
@@ -109,6 +109,7 @@ pub fn record_adapted(
     radiance: &Handle,
 ) -> Result<Handle, ProgramError> {
     let history = r.graph.history("meter.adapted", TextureDesc::new_2d(1, 1, STOPS));
+    r.declare_texels(&history.next, Texels::Number);
     let adapting = Adapting { begins: adapting.begins || history.is_first, ..*adapting };
     let TextureDesc { mut width, mut height, .. } = radiance.desc();
     let uniform = MeterUniform::new(&adapting, (width, height));
@@ -122,6 +123,8 @@ pub fn record_adapted(
         (width, height) = (width.div_ceil(side), height.div_ceil(side));
         let name = format!("meter.luminance.{width}x{height}");
         let target = r.texture_of(name.clone(), TextureDesc::new_2d(width, height, LUMINANCE));
+        // The mean of logarithms, and how much it counts.
+        r.declare_texels(&target, Texels::Number);
         let step = r.fullscreen(name, "meter", &[]).uniform("meter", &uniform).stand_in("previous");
         let step = with(step, &adapting, if mean.is_some() { 2 } else { 1 });
         mean = Some(step.read("radiance", mean.as_ref().unwrap_or(radiance)).draw_into(target, ColorLoad::Discard)?);

@@ -7,7 +7,7 @@
 //! is what lies infinitely far away, which moves by the camera's rotation alone. Reads: depth, the previous pose.
 //! Writes: motion (rg32float).
 
-use crate::record::{Recorder, Which};
+use crate::record::{Recorder, Texels, Which};
 use crate::shader::program::ProgramError;
 use crate::view::{CameraStep, View};
 use glam::{Mat4, Vec2};
@@ -51,6 +51,7 @@ impl MotionUniform {
 /// A program that does not compile.
 pub fn record(r: &mut Recorder<'_, '_>, depth: &Handle, step: Option<&CameraStep>) -> Result<Handle, ProgramError> {
     let target = r.texture("motion", MOTION);
+    r.declare_texels(&target, Texels::Motion);
     let Some(step) = step else {
         return Ok(r.graph.pass("motion").color(target, ColorLoad::Clear(wgpu::Color::TRANSPARENT)));
     };

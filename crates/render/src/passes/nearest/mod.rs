@@ -34,6 +34,7 @@ pub fn record(
     let (program, read) = if is_whole { ("nearest_whole", "whole") } else { ("nearest", "texture") };
     let name = format!("nearest.{name}");
     let target = r.texture_of(name.clone(), TextureDesc::new_2d(width, height, from.format));
+    r.declare_texels_of(&target, texture);
     let step = r.fullscreen(name, program, &[]).read(read, texture);
     let step = step.uniform("nearest", &NearestUniform { texels_per_px, padding: [0.0; 2] });
     step.draw_into(target, ColorLoad::Discard)

@@ -12,7 +12,7 @@ mod settings;
 pub use settings::{OcclusionMethod, OcclusionSettings};
 
 use crate::occlusion::{FoundBefore, Occlusion};
-use crate::record::{Fullscreen, PicturePart, Recorder, UNFILTERED_SAMPLES};
+use crate::record::{Fullscreen, PicturePart, Recorder, Texels, UNFILTERED_SAMPLES};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, History, TextureDesc};
 use manypass_scene::Aabb;
@@ -28,6 +28,9 @@ const MEAN: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Float;
 
 /// The share, and how far away surfaces are, so that passes that look for those find both in one texel.
 const WITH_DISTANCES: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
+
+/// The variable, in a format that every backend reads back.
+const VARIABLE: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 
 /// Of the radius: so far from the tangent plane another surface begins; as `taps.wgsl` has it.
 const THICKNESS: f32 = 0.1;
@@ -106,6 +109,7 @@ pub fn record(
         }
         Some(whole) => {
             let mean = r.history("occlusion.mean", r.view.desc(MEAN));
+            r.declare_texels(&mean.next, Texels::Share);
             let is_there = r.view.uniform.sample_index >= whole && !mean.is_first;
             (if is_there { mean.previous } else { record_mean(r, settings, seen, (mean, whole))? }, None)
         }
@@ -121,14 +125,24 @@ fn record_found(
     seen: Seen<'_>,
 ) -> Result<Handle, ProgramError> {
     let finding = Finding::new(r, settings, r.view.shows_few_samples());
-    let target = r.texture_of(finding.last_name(), finding.desc);
-    let found = finding.record(r, seen, target)?;
-    if finding.side_px == 1 {
-        return Ok(found);
-    }
-    let target = r.texture("occlusion.upsample", if settings.bent_normals { BENT } else { VISIBILITY });
-    let step = finding.upsample(r, seen, &found).constant("keeps_mean", 0).stand_in("previous_occlusion");
-    step.over(PicturePart::Surfaces, seen.depth).draw_into(target, OPEN)
+    finding.record_whole(r, seen, if settings.bent_normals { BENT } else { VISIBILITY })
+}
+
+/// The variable: what the view's first sample finds, at the full size and without its noise. It has passes of its own,
+/// so that the picture is the same beside it, with occlusion or without.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_variable(
+    r: &mut Recorder<'_, '_>,
+    settings: &OcclusionSettings,
+    seen: Seen<'_>,
+) -> Result<Handle, ProgramError> {
+    // The variable is the share alone.
+    let settings = OcclusionSettings { bent_normals: false, ..settings.clone() };
+    let names = ["occlusion.variable", "occlusion.variable.blur", "occlusion.variable.upsample"];
+    let finding = Finding { names, ..Finding::new(r, &settings, true) };
+    finding.record_whole(r, seen, VARIABLE)
 }
 
 /// Of a still of few samples whose later ones leave tiles out: its first one looks around, takes the pattern of its
@@ -144,6 +158,7 @@ fn record_look(
     let has_distances = finding.has_distances || !finding.is_filtered;
     let finding = Finding { keeps_distances: true, has_distances, ..finding };
     let look = r.history("occlusion.look", TextureDesc { format: WITH_DISTANCES, ..finding.desc });
+    r.declare_texels(&look.next, Texels::Share);
     let looks = look.is_first || r.view.uniform.sample_index == 0;
     let texture = if looks { finding.record(r, seen, look.next)? } else { look.previous };
     Ok((texture, FoundBefore { side_px: finding.side_px, reach_m: THICKNESS * finding.uniform.radius_m }))
@@ -158,7 +173,7 @@ fn record_mean(
     (mean, whole): (History, u32),
 ) -> Result<Handle, ProgramError> {
     let finding = Finding::new(r, settings, whole < UNFILTERED_MEAN);
-    let target = r.texture_of(finding.last_name(), finding.desc);
+    let target = share_texture(r, finding.last_name(), finding.desc);
     let found = finding.record(r, seen, target)?;
     let step = finding.upsample(r, seen, &found);
     let step = if mean.is_first {
@@ -169,8 +184,17 @@ fn record_mean(
     step.draw_into(mean.next, ColorLoad::Discard)
 }
 
+/// A texture whose first channel is the share of light that is left, whatever the others are.
+fn share_texture(r: &mut Recorder<'_, '_>, name: &'static str, desc: TextureDesc) -> Handle {
+    let texture = r.texture_of(name, desc);
+    r.declare_texels(&texture, Texels::Share);
+    texture
+}
+
 /// How a picture of occlusion is made, at its size.
 struct Finding<'s> {
+    /// Of the pass that looks around, of the one that takes noise out, and of the one that brings it to the full size.
+    names: [&'static str; 3],
     settings: &'s OcclusionSettings,
     uniform: OcclusionUniform,
     desc: TextureDesc,
@@ -194,6 +218,7 @@ impl<'s> Finding<'s> {
             false => VISIBILITY,
         };
         Self {
+            names: ["occlusion", "occlusion.blur", "occlusion.upsample"],
             settings,
             uniform: OcclusionUniform::new(settings, &r.frame.world.bounds_world),
             desc: settings.resolution.desc(r.view, format),
@@ -206,7 +231,8 @@ impl<'s> Finding<'s> {
 
     /// The name of the texture that holds what is found.
     fn last_name(&self) -> &'static str {
-        if self.is_filtered { "occlusion.blur" } else { "occlusion" }
+        let [look, blur, _] = self.names;
+        if self.is_filtered { blur } else { look }
     }
 
     /// What all steps have in common.
@@ -215,9 +241,27 @@ impl<'s> Finding<'s> {
         step.uniform("occlusion", &self.uniform).read("normal", seen.normal).read("linear_depth", seen.linear_depth)
     }
 
+    /// Looks around, and brings what is found to the full size, into a texture of `format`.
+    fn record_whole(
+        &self,
+        r: &mut Recorder<'_, '_>,
+        seen: Seen<'_>,
+        format: wgpu::TextureFormat,
+    ) -> Result<Handle, ProgramError> {
+        let whole = r.view.desc(format);
+        let target = share_texture(r, self.last_name(), if self.side_px == 1 { whole } else { self.desc });
+        let found = self.record(r, seen, target)?;
+        if self.side_px == 1 {
+            return Ok(found);
+        }
+        let target = share_texture(r, self.names[2], whole);
+        let step = self.upsample(r, seen, &found).constant("keeps_mean", 0).stand_in("previous_occlusion");
+        step.over(PicturePart::Surfaces, seen.depth).draw_into(target, OPEN)
+    }
+
     /// Looks around, and draws what is found into `target`.
     fn record(&self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, target: Handle) -> Result<Handle, ProgramError> {
-        let Self { settings, desc, side_px, is_filtered, .. } = *self;
+        let Self { names: [look, blur, _], settings, desc, side_px, is_filtered, .. } = *self;
         let program = match settings.method {
             OcclusionMethod::Gtao => "occlusion_gtao",
             OcclusionMethod::Ssao => "occlusion_ssao",
@@ -226,9 +270,8 @@ impl<'s> Finding<'s> {
             let step = if side_px == 1 { step.over(PicturePart::Surfaces, depth) } else { step };
             step.draw_into(target, OPEN)
         };
-        let (noisy, blurred) =
-            if is_filtered { (r.texture_of("occlusion", desc), Some(target)) } else { (target, None) };
-        let step = self.step(r.fullscreen("occlusion", program, &[]), seen).constants(&[
+        let (noisy, blurred) = if is_filtered { (share_texture(r, look, desc), Some(target)) } else { (target, None) };
+        let step = self.step(r.fullscreen(look, program, &[]), seen).constants(&[
             ("patterned", u32::from(is_filtered)),
             ("noisy", u32::from(settings.noise)),
             ("bends", u32::from(settings.bent_normals)),
@@ -242,14 +285,14 @@ impl<'s> Finding<'s> {
         };
         let found = of_surfaces(step, noisy, seen.depth)?;
         let Some(target) = blurred else { return Ok(found) };
-        let step = self.step(r.fullscreen("occlusion.blur", "occlusion_blur", &[]), seen);
+        let step = self.step(r.fullscreen(blur, "occlusion_blur", &[]), seen);
         let step = step.constant("keeps_distances", u32::from(self.keeps_distances)).read("noisy_occlusion", &found);
         of_surfaces(step, target, seen.depth)
     }
 
     /// The step that brings what was `found` to the full size.
     fn upsample<'r, 'f>(&self, r: &'r mut Recorder<'_, 'f>, seen: Seen<'_>, found: &Handle) -> Fullscreen<'r, 'f> {
-        let step = self.step(r.fullscreen("occlusion.upsample", "occlusion_upsample", &[]), seen);
+        let step = self.step(r.fullscreen(self.names[2], "occlusion_upsample", &[]), seen);
         step.constant("patterned", u32::from(self.is_filtered)).read("coarse_occlusion", found)
     }
 }

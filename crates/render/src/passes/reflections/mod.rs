@@ -14,7 +14,7 @@ pub use settings::ReflectionSettings;
 use crate::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 use crate::gbuffer::{Gbuffer, LINEAR_DEPTH, RADIANCE};
 use crate::occlusion::Occlusion;
-use crate::record::{ADD, Fullscreen, PicturePart, Recorder, Which};
+use crate::record::{ADD, Fullscreen, PicturePart, Recorder, Texels, Which};
 use crate::resolution::Resolution;
 use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
@@ -291,6 +291,7 @@ fn record_backs(r: &mut Recorder<'_, '_>, rays: Resolution) -> Result<Handle, Pr
     pass.backs();
     pass.draw_opaque(Which::Hiding)?;
     let target = r.texture_of("reflections.back_distances", resolution.desc(r.view, LINEAR_DEPTH));
+    r.declare_texels(&target, Texels::Distance);
     let step = r.fullscreen("reflections.back_distances", "linear_depth", &[]).constant("leaves_out", 0);
     let step = step.constant("has_own_size", u32::from(resolution != Resolution::Full));
     step.read_depth("depth", &depth).draw_into(target, ColorLoad::Discard)
@@ -302,6 +303,7 @@ fn record_pyramid(r: &mut Recorder<'_, '_>, linear_depth: &Handle) -> Result<Han
     let [width, height] = [r.view.size.0, r.view.size.1].map(|side| side.next_multiple_of(largest));
     let desc = TextureDesc { mips: REFLECTION_LEVELS, ..TextureDesc::new_2d(width, height, LINEAR_DEPTH) };
     let pyramid = r.texture_of("reflections.pyramid", desc);
+    r.declare_texels(&pyramid, Texels::Distance);
     for level in 0..REFLECTION_LEVELS {
         let target = r.graph.subview(&pyramid, level, 0);
         let finer = (level > 0).then(|| r.graph.subview(&pyramid, level - 1, 0));

@@ -5,7 +5,7 @@
 //! ([`crate::Renderer::count_scrubbed`]), 1 where there is one.
 
 use crate::gbuffer::RADIANCE;
-use crate::record::Recorder;
+use crate::record::{Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 
@@ -32,6 +32,7 @@ pub fn count(r: &mut Recorder<'_, '_>, name: String, radiance: &Handle) -> Resul
         return Ok(());
     }
     let target = r.texture_of(name.clone(), TextureDesc { format: COUNT, ..radiance.desc() });
+    r.declare_texels(&target, Texels::Share);
     let step = r.fullscreen(name, "scrub", &[]).constant("counts", 1).read("radiance", radiance);
     let found = step.draw_into(target, ColorLoad::Discard)?;
     let export = r.graph.export(found);

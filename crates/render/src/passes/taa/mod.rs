@@ -21,7 +21,7 @@ mod settings;
 pub use settings::TaaSettings;
 
 use crate::gbuffer::RADIANCE;
-use crate::record::Recorder;
+use crate::record::{Recorder, Texels};
 use crate::shader::program::ProgramError;
 use crate::view::CameraStep;
 use glam::Vec4;
@@ -154,6 +154,8 @@ pub fn record(
     let desc = |format| TextureDesc::new_2d(size.0, size.1, format);
     let colors = r.history("taa", desc(RADIANCE));
     let surfaces = r.history("taa.surface", desc(if size == shaded { RADIANCE } else { FINE_SURFACE }));
+    // Logarithms of distances, beside counts.
+    r.declare_texels(&surfaces.next, Texels::Number);
     let before = frame.before.as_ref().filter(|_| !colors.is_first && !surfaces.is_first);
     let uniform = TaaUniform::new(settings, frame, before, [shaded, size]);
     // A first frame looks at nothing before it, but something has to be bound.

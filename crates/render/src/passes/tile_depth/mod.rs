@@ -4,7 +4,7 @@
 //! floor without compute, two full-screen passes reduce rows and then columns. Reads: linear_depth. Writes:
 //! `tile_depth` (rg32float, a texel a tile): least and greatest distance along the view axis, of surfaces alone.
 
-use crate::record::Recorder;
+use crate::record::{Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 
@@ -17,11 +17,13 @@ const BOUNDS: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
 pub fn record(r: &mut Recorder<'_, '_>, linear_depth: &Handle) -> Result<Handle, ProgramError> {
     let [across, down, _] = r.view.light_tiles;
     let rows = r.texture_of("tile_depth.rows", TextureDesc::new_2d(across, r.view.size.1, BOUNDS));
+    r.declare_texels(&rows, Texels::Distance);
     let rows = r
         .fullscreen("tile_depth.rows", "tile_depth", &[])
         .read("bounded", linear_depth)
         .draw_into(rows, ColorLoad::Discard)?;
     let tiles = r.texture_of("tile_depth", TextureDesc::new_2d(across, down, BOUNDS));
+    r.declare_texels(&tiles, Texels::Distance);
     r.fullscreen("tile_depth", "tile_depth", &[])
         .constant("columns", 1)
         .read("bounded", &rows)

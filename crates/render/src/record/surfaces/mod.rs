@@ -13,7 +13,7 @@ pub use tiles::TilePass;
 
 use super::bind_groups::Resource;
 use super::{Frame, PreparedView};
-use crate::draws::{Draw, object_id};
+use crate::draws::{Draw, WorldDraws, object_id};
 use crate::levels::faded_id;
 use crate::shader::program::ProgramError;
 use bundles::PassKey;
@@ -183,6 +183,24 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.draw(draws.into(), which)
     }
 
+    /// Declares the pass: it draws those of the view's opaque and masked surfaces that are at a level of detail.
+    ///
+    /// # Errors
+    /// As [`Self::draw_opaque`].
+    pub fn draw_opaque_at(self, level: u32) -> Result<(), ProgramError> {
+        let draws = at_level(&self.view.draws.opaque, level, self.frame.world);
+        self.draw(draws.into(), Which::All)
+    }
+
+    /// Declares the pass: it draws those of the view's blended surfaces that are at a level of detail.
+    ///
+    /// # Errors
+    /// As [`Self::draw_opaque`].
+    pub fn draw_blended_at(self, level: u32) -> Result<(), ProgramError> {
+        let draws = at_level(&self.view.draws.blended, level, self.frame.world);
+        self.draw(draws.into(), Which::All)
+    }
+
     /// Declares the pass: it draws those of the view's opaque and masked surfaces that decals may touch, where pixels are
     /// marked for them.
     ///
@@ -268,4 +286,9 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         });
         Ok(())
     }
+}
+
+/// Those of `draws` that are at a level of detail; what has no levels is at the finest.
+fn at_level(draws: &[Draw], level: u32, world: &WorldDraws) -> Vec<Draw> {
+    draws.iter().filter(|draw| world.level_of(draw) == level).cloned().collect()
 }
