@@ -35,7 +35,8 @@ pub fn note_cache(has_cache: bool) {
     let Some(cache) = DiskCache::of_user().filter(|_| has_cache) else { return };
     let folder = cache.folder();
     // Where no folder of caches is there at all, none is expected, unless the user names one.
-    let is_named = std::env::var_os("XDG_CACHE_HOME").is_some_and(|place| folder.starts_with(place));
+    let named = std::env::var_os("XDG_CACHE_HOME").filter(|place| !place.is_empty());
+    let is_named = named.is_some_and(|place| folder.starts_with(place));
     let mut places = folder.ancestors().take(if is_named { usize::MAX } else { 2 });
     if places.find(|place| place.exists()).is_some_and(|there| !memory::is_writable(there)) {
         let folder = folder.display();
