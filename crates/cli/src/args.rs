@@ -365,6 +365,10 @@ pub struct RenderArgs {
     /// .exr with --aov, named as in a folder.
     #[arg(long)]
     pub format: Option<String>,
+    /// How the pixels of .exr are packed, each way without loss: zip (16 rows at a time), zips (row by row), rle (runs
+    /// of equal bytes), piz (wavelets, 32 rows at a time), none [default: zip].
+    #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass_offline::ExrCompression::NAMES))]
+    pub exr_compression: Option<String>,
     #[command(flatten)]
     pub frame: FrameArgs,
     /// Many views at once: poses and fields of view from a NeRF transforms.json, or from a COLMAP folder with

@@ -55,6 +55,9 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         Places::of_input_and_effects(input, &effect_files).write(path)?;
     }
     let failed = |error: RenderError| still_failure(&error.into());
+    if !args.json {
+        session::note_cache(!args.cache.no_cache);
+    }
     let mut renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
     let load_started = Instant::now();
     let Opened { mut scene, mut warnings, stage } = input.load()?;

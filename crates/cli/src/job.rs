@@ -7,7 +7,7 @@ use crate::looks::{self, Look, Several};
 use crate::pattern::{self, Output, Pattern};
 use crate::views::{self, Views};
 use manypass::{Background, Fisheye, Settings, SettingsError};
-use manypass_offline::{Container, Format, atomic};
+use manypass_offline::{Container, ExrCompression, Format, atomic};
 use std::path::{Path, PathBuf};
 
 mod camera;
@@ -28,6 +28,8 @@ pub struct Job {
     pub several: Several,
     /// The kind of file.
     pub format: Format,
+    /// How the pixels of .exr are packed.
+    pub compression: ExrCompression,
     /// Where it goes.
     pub output: Output,
     /// Whether it is standard output, a device, a pipe or a stream, in which nothing can go back.
@@ -67,6 +69,7 @@ impl Job {
         let dump_passes = pattern("--dump-passes", &args.dump_passes)?;
         let contact_sheet = pattern("--contact-sheet", &args.contact_sheet)?;
         check_numbers(args)?;
+        let compression = compression(args, format)?;
         let aovs = aovs(args.frame.aov.as_deref(), aov_names)?;
         if !aovs.is_empty() && output.container() == Some(Container::Y4m) {
             return Err(Failure::usage("y4m holds no AOVs", "write npz or tar, or -o OUT.exr"));
@@ -89,6 +92,7 @@ impl Job {
             look,
             several: of_one,
             format,
+            compression,
             output,
             is_one_stream,
             dump_passes,
@@ -167,6 +171,18 @@ pub fn check_aovs(are_wanted: bool, settings: &Settings) -> Result<(), Failure> 
         return Err(Failure::usage("a fisheye picture has no AOVs", "leave camera.fisheye or --aov out"));
     }
     Ok(())
+}
+
+/// How the pixels of .exr are packed.
+fn compression(args: &RenderArgs, format: Format) -> Result<ExrCompression, Failure> {
+    let Some(name) = &args.exr_compression else { return Ok(ExrCompression::default()) };
+    if format != Format::Exr {
+        return Err(Failure::usage("--exr-compression is of .exr", "write -o OUT.exr, or leave it out"));
+    }
+    ExrCompression::named(name).ok_or_else(|| {
+        let names = ExrCompression::NAMES.join(", ");
+        Failure::usage(format!("unknown compression `{name}`"), format!("known: {names}"))
+    })
 }
 
 fn check_numbers(args: &RenderArgs) -> Result<(), Failure> {

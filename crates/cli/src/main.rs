@@ -12,6 +12,8 @@ mod chosen;
 mod coverage;
 mod deliver;
 mod diff;
+#[cfg(target_os = "linux")]
+mod driver_cache;
 mod exposure;
 mod failure;
 mod gather;
@@ -62,27 +64,6 @@ fn quiet_device_selection() {
     }
 }
 
-/// Mesa maps the index of its shader cache into memory: where the disk is full, to write to that map ends the process with
-/// SIGBUS. There that cache is switched off.
-#[cfg(target_os = "linux")]
-#[allow(unsafe_code, reason = "the environment can only be changed by an unsafe call")]
-fn spare_full_disk() {
-    const LEAST_BYTES: u64 = 64 << 20;
-    let place = |name: &str| std::env::var_os(name).filter(|value| !value.is_empty()).map(std::path::PathBuf::from);
-    let of_home = || place("HOME").map(|home| home.join(".cache"));
-    let folders = [place("MESA_SHADER_CACHE_DIR"), place("XDG_CACHE_HOME").or_else(of_home)];
-    let is_short = |folder: std::path::PathBuf| memory::free_bytes(&folder).is_some_and(|free| free < LEAST_BYTES);
-    if folders.into_iter().flatten().any(is_short) {
-        // SAFETY: this is done before anything that starts a thread, so no other thread reads the environment
-        // meanwhile.
-        unsafe { std::env::set_var("MESA_SHADER_CACHE_DISABLE", "true") };
-    }
-}
-
-/// There is no such driver.
-#[cfg(not(target_os = "linux"))]
-fn spare_full_disk() {}
-
 /// The C library gives every large piece of memory back at once, and the system clears each page of the next one: of
 /// images, their mips and what is uploaded of them that is more work than to fill them. Pieces of up to 32 MiB, the most
 /// that the library allows, are kept instead, in one place for all threads, so that what one has freed is the next one's;
@@ -103,7 +84,8 @@ fn keep_freed_memory() {
 fn main() -> ExitCode {
     let started = Instant::now();
     quiet_device_selection();
-    spare_full_disk();
+    #[cfg(target_os = "linux")]
+    driver_cache::spare_full_disk();
     keep_freed_memory();
     interrupt::ignore_file_size_signal();
     let result = match args::Cli::try_parse_from(words::joined(std::env::args_os())) {

@@ -49,20 +49,22 @@ pub fn free_bytes(folder: &Path) -> Option<u64> {
     u64::from(disk.f_bavail).checked_mul(u64::from(disk.f_frsize))
 }
 
-/// Whether this user may write into a folder.
+/// Whether `folder` is a folder that this user may write into.
 #[cfg(unix)]
 #[allow(unsafe_code, reason = "what a user may do with a folder is told by a function of the system")]
 pub fn is_writable(folder: &Path) -> bool {
     use std::os::unix::ffi::OsStrExt as _;
     let path = std::ffi::CString::new(folder.as_os_str().as_bytes());
     // SAFETY: the path ends with a zero.
-    path.is_ok_and(|path| unsafe { libc::access(path.as_ptr(), libc::W_OK) == 0 })
+    let is_allowed = path.is_ok_and(|path| unsafe { libc::access(path.as_ptr(), libc::W_OK | libc::X_OK) == 0 });
+    // Root may write anything; a file in the place of a folder holds no entries all the same.
+    is_allowed && folder.is_dir()
 }
 
-/// Whether this user may write into a folder.
+/// Whether `folder` is a folder that this user may write into.
 #[cfg(not(unix))]
 pub fn is_writable(folder: &Path) -> bool {
-    std::fs::metadata(folder).is_ok_and(|folder| !folder.permissions().readonly())
+    std::fs::metadata(folder).is_ok_and(|folder| folder.is_dir() && !folder.permissions().readonly())
 }
 
 /// Something that holds the process to a number of bytes.

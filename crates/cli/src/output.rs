@@ -40,11 +40,12 @@ fn is_whole(path: &Path) -> bool {
 }
 
 /// Whether every file that is asked for of a picture is there. Of the pictures of its passes one is enough, since their
-/// names are known only when they are drawn. A device is always there, and never done.
+/// names are known only when they are drawn, but none of them may be cut off. A device is always there, and never done.
 pub fn are_there(job: &Job, subject: Subject<'_>) -> bool {
     let has_passes = |folder: PathBuf| {
-        let mut entries = fs::read_dir(folder).into_iter().flatten().flatten();
-        entries.any(|entry| is_pass_picture(&entry.file_name()))
+        let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+        let mut passes = entries.filter(|entry| is_pass_picture(&entry.file_name())).peekable();
+        passes.peek().is_some() && passes.all(|entry| is_whole(&entry.path()))
     };
     let place = |pattern: &Pattern| pattern.expand(subject, "rgba");
     files(job, subject).is_some_and(|(target, aovs)| is_whole(&target) && aovs.iter().all(|path| is_whole(path)))

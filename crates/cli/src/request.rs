@@ -170,6 +170,7 @@ pub fn picture_info(
     let time_secs = time_secs(args, frame.unwrap_or(0)).or(stands);
     let wants = |name: &str| job.format == Format::Exr && job.aovs.iter().any(|aov| aov == name);
     PictureInfo {
+        compression: job.compression,
         camera: Some(CameraData::of(request)),
         frame,
         time_secs,

@@ -29,15 +29,19 @@ pub fn cache(has_cache: bool) -> Option<Arc<dyn Cache>> {
     cache.map(|cache| Arc::new(cache) as Arc<dyn Cache>)
 }
 
-/// Says of a cache that cannot be written that nothing is kept.
+/// Says of a cache that cannot be written that nothing is kept. Pictures are the same without it, so that this is no
+/// warning that --strict refuses.
 pub fn note_cache(has_cache: bool) {
     let Some(cache) = DiskCache::of_user().filter(|_| has_cache) else { return };
     let folder = cache.folder();
-    // Where no folder of caches is there at all, none is expected.
-    let there = [Some(folder), folder.parent()].into_iter().flatten().find(|path| path.exists());
-    if there.is_some_and(|there| !memory::is_writable(there)) {
+    // Where no folder of caches is there at all, none is expected, unless the user names one.
+    let named = std::env::var_os("XDG_CACHE_HOME").filter(|place| !place.is_empty());
+    let is_named = named.is_some_and(|place| folder.starts_with(place));
+    let mut places = folder.ancestors().take(if is_named { usize::MAX } else { 2 });
+    if places.find(|place| place.exists()).is_some_and(|there| !memory::is_writable(there)) {
         let folder = folder.display();
-        say(format_args!("note: {folder} cannot be written, so nothing is kept there; --no-cache leaves this out"));
+        let remedy = "let XDG_CACHE_HOME name a folder that can be, or add --no-cache";
+        say(format_args!("note: the cache {folder} cannot be written, so nothing is kept there; {remedy}"));
     }
 }
 

@@ -185,3 +185,29 @@ fn the_size_of_the_output_is_the_size_asked_for_at_every_scale() {
         assert_eq!((picture.width(), picture.height()), (63, 37), "{scale}");
     }
 }
+
+#[test]
+fn the_compression_of_exr_changes_the_size_alone() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("exr-compression");
+    folder.write("tri.glb", &triangle_glb([1.0, 0.5, 0.0]));
+    let drawn = |name: &str| {
+        let file = format!("{name}.exr");
+        let args = ["render", "tri.glb", "-o", &file, "--aov", "depth,object_id", "--size", "64x36"];
+        run_in(&folder, &[&args[..], &CAMERA[..], &["--exr-compression", name]].concat()).expect(0);
+        let (path, image) = (folder.join(&file), opened(&folder.join(&file)));
+        let values = [floats(&image, "rgba", "R"), floats(&image, "rgba", "A"), floats(&image, "depth", "Z")];
+        (values, ids(&image, "object_id"), std::fs::metadata(path).expect("a file").len())
+    };
+    let (values, of_object, plain_bytes) = drawn("none");
+    assert!(of_object.iter().any(|id| *id != of_object[0]), "the triangle is seen");
+    for name in ["zip", "zips", "rle", "piz"] {
+        let packed = drawn(name);
+        assert!(packed.0 == values && packed.1 == of_object, "{name}");
+        assert!(packed.2 < plain_bytes, "{name}: {} of {plain_bytes} bytes", packed.2);
+    }
+    let run = run_in(&folder, &["render", "tri.glb", "-o", "a.png", "--exr-compression", "zip"]).expect(2);
+    assert!(run.stderr.contains("--exr-compression is of .exr"), "{}", run.stderr);
+}

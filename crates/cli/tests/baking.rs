@@ -112,6 +112,22 @@ fn an_interrupted_bake_goes_on() {
     assert!(!folder.names().contains(&"c.glb.part".to_owned()));
 }
 
+#[cfg(unix)]
+#[test]
+fn a_bake_that_finds_no_room_leaves_nothing_behind() {
+    // No byte, and so not even the first line of the journal; and 1024, which cut a record off.
+    for blocks in ["0", "1"] {
+        let folder = Folder::new(&format!("no-room-{blocks}"));
+        let script = format!("ulimit -f {blocks}; exec \"$0\" bake demo:cornell -o a.glb {}", QUICK.join(" "));
+        let mut bash = Command::new("bash");
+        bash.args(["-c", &script, env!("CARGO_BIN_EXE_manypass")]).current_dir(&*folder).stdin(Stdio::null());
+        let run: Run = bash.output().expect("bash runs").into();
+        assert_eq!(run.code, 1, "{blocks}: {}", run.stderr);
+        assert!(run.stderr.contains("a.glb.part: ") && run.stderr.contains("ulimit -f"), "{blocks}: {}", run.stderr);
+        assert!(folder.names().is_empty(), "{blocks}: {:?}", folder.names());
+    }
+}
+
 #[test]
 fn what_is_wrong_is_said_and_nothing_is_lost() {
     let folder = Folder::new("unbaked");

@@ -332,6 +332,25 @@ fn pictures_that_were_cut_off_are_drawn_again() {
 }
 
 #[test]
+fn pictures_of_passes_that_were_cut_off_are_drawn_again() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = folder("torn-passes");
+    let draw = || {
+        let args = ["render", "m.gltf", "-o", "a.png", "--size", "16x16", "--samples", "1", "--skip-existing", "-q"];
+        run_in(&folder, &[&args[..], &["--dump-passes", "passes"]].concat()).expect(0);
+        std::fs::read_dir(folder.join("passes")).expect("pictures").count()
+    };
+    let count = draw();
+    let first = std::fs::read_dir(folder.join("passes")).expect("pictures").flatten().next().expect("one").path();
+    let whole = std::fs::read(&first).expect("a picture");
+    std::fs::write(&first, &whole[..whole.len() / 2]).expect("written");
+    assert!(count > 1 && draw() == count);
+    assert!(std::fs::read(&first).expect("a picture") == whole);
+}
+
+#[test]
 fn a_turntable_of_a_still_model_has_no_warning() {
     if !has_adapter() {
         return;

@@ -3,7 +3,7 @@
 mod common;
 
 use common::watch::{start, wait, watch};
-use common::{Folder, Run, has_adapter, run_in, triangle_glb};
+use common::{Folder, Run, has_adapter, run_in, run_with, triangle_glb};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -386,4 +386,35 @@ fn lists_may_be_read_in_part() {
     }
     let full = shell(&folder, "\"$0\" settings > /dev/full");
     assert!(full.code == 1 && full.stderr.contains("no space left"), "{full:?}");
+}
+
+#[test]
+fn a_cache_that_cannot_be_written_is_told_once() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("unwritable-cache");
+    folder.write("tri.glb", &triangle_glb([1.0, 0.5, 0.0]));
+    // In the way of a folder even for root, who may write into folders that are read-only for others.
+    folder.write("file", b"in the way");
+    // Mesa's own cache stays where it is, so that shaders need not be compiled again.
+    let of_driver = format!("{}/.cache", std::env::var("HOME").unwrap_or_default());
+    let notes = |place: &str, flags: &[&str]| {
+        let args = [&["render", "tri.glb", "-o", "out/", "--frames", "0..1"], &SMALL[..], flags].concat();
+        let place = folder.join(place).display().to_string();
+        let variables =
+            [("XDG_CACHE_HOME", &*place), ("MANYPASS_NO_CACHE", ""), ("MESA_SHADER_CACHE_DIR", &*of_driver)];
+        let run = run_with(&folder, &args, &variables).expect(0);
+        assert!(folder.join("out/tri_0001.png").exists(), "{place} {flags:?}");
+        run.stderr.lines().filter(|line| line.contains("nothing is kept")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    // What is below the folder that is named is made, where it can be.
+    for place in ["file", "file/below"] {
+        let told = notes(place, &["--strict"]);
+        let is_clear =
+            |note: &String| ["note: ", place, "XDG_CACHE_HOME", "--no-cache"].iter().all(|word| note.contains(word));
+        assert!(told.len() == 1 && told.iter().all(is_clear), "{place}: {told:?}");
+    }
+    assert!(notes("file", &["--no-cache"]).is_empty() && notes("file", &["--quiet"]).is_empty());
+    assert!(notes("absent/below", &[]).is_empty());
 }

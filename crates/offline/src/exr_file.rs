@@ -13,8 +13,9 @@ use manypass::Aov;
 use std::io::{self, Cursor, Seek, SeekFrom, Write};
 use std::ops::Range;
 
-/// The rows of a block of ZIP compression.
-const BLOCK_ROWS: u32 = 16;
+/// The rows of a band are a multiple of this: the rows of the largest block of [`crate::ExrCompression`], which are a
+/// multiple of those of every other.
+const BAND_ROWS_STEP: u32 = 32;
 
 /// A band of rows that is in memory at a time has at most about this many bytes.
 pub(crate) const BAND_BYTES: u64 = if cfg!(test) { 1 << 16 } else { 32 << 20 };
@@ -63,11 +64,11 @@ impl Part {
 pub(crate) fn band_rows(width: u32, components: usize) -> u32 {
     let row_bytes = u64::from(width.max(1)) * components as u64 * 4;
     let rows = (BAND_BYTES / row_bytes).clamp(1, 1 << 20) as u32;
-    rows.next_multiple_of(BLOCK_ROWS)
+    rows.next_multiple_of(BAND_ROWS_STEP)
 }
 
-/// Writes a file of `parts`, floats and whole numbers of 32 bits, ZIP compression. `pixels` gives the values of some
-/// rows of the part with that index; it is asked for one part after the other, from the top down.
+/// Writes a file of `parts`, floats and whole numbers of 32 bits, packed as `info` says. `pixels` gives the values of
+/// some rows of the part with that index; it is asked for one part after the other, from the top down.
 ///
 /// # Errors
 /// If there are no pixels, no parts, values that do not fit, or the writer fails.
@@ -93,7 +94,7 @@ pub fn write<W: Write + Seek, E>(
             let rows = first..height.min(first.saturating_add(rows_a_band));
             let samples = pixels(index, rows.clone()).map_err(WriteError::Pixels)?;
             check_length(width, rows.len() as u32, part.channels.len(), samples.len()).map_err(WriteError::Encode)?;
-            let blocks = blocks(index, width, rows, part, &samples);
+            let blocks = blocks((index, part), (width, rows), info.compression.block_rows(), &samples);
             for chunk in compressed(blocks, &headers) {
                 let mut bytes = Vec::new();
                 chunk?.write(&mut bytes, headers.len())?;
@@ -110,18 +111,17 @@ pub fn write<W: Write + Seek, E>(
 
 /// The blocks of some rows. In a block, each row has all values of the first channel by name, then those of the next.
 fn blocks(
-    layer: usize,
-    width: u32,
-    rows: Range<u32>,
-    part: &Part,
+    (layer, part): (usize, &Part),
+    (width, rows): (u32, Range<u32>),
+    rows_a_block: u32,
     samples: &Samples,
 ) -> impl Iterator<Item = UncompressedBlock> {
     let width = width as usize;
     let step = part.channels.len();
     let mut order: Vec<usize> = (0..step).collect();
     order.sort_by_key(|channel| part.channels.get(*channel));
-    rows.clone().step_by(BLOCK_ROWS as usize).map(move |first| {
-        let block_rows = first..rows.end.min(first + BLOCK_ROWS);
+    rows.clone().step_by(rows_a_block as usize).map(move |first| {
+        let block_rows = first..rows.end.min(first + rows_a_block);
         let mut data = Vec::with_capacity(block_rows.len() * width * step * 4);
         for row in block_rows.clone() {
             let start = (row - rows.start) as usize * width * step;
@@ -236,6 +236,70 @@ mod tests {
         assert_eq!(channel("depth", "Z"), FlatSamples::F32(vec![1.0, 2.0, 3.0, 4.0, 5.0, f32::INFINITY]));
         assert_eq!(channel("object_id", "Id"), FlatSamples::U32(vec![0, 1, u32::MAX, 3, 4, 16_777_217]));
         assert!(image.layer_data.iter().all(|layer| layer.encoding.compression == Compression::ZIP16));
+    }
+
+    /// The bits of all values of a file, part by part and channel by channel.
+    fn bits(bytes: Vec<u8>) -> Vec<Vec<u32>> {
+        let channels = |layer: Layer<AnyChannels<FlatSamples>>| layer.channel_data.list.into_iter();
+        let of_channel = |channel: AnyChannel<FlatSamples>| match channel.sample_data {
+            FlatSamples::F32(values) => values.into_iter().map(f32::to_bits).collect(),
+            FlatSamples::U32(values) => values,
+            FlatSamples::F16(_) => panic!("no half floats are written"),
+        };
+        read_all_flat_layers_from_memory(bytes).layer_data.into_iter().flat_map(channels).map(of_channel).collect()
+    }
+
+    #[test]
+    fn every_compression_gives_back_every_bit() {
+        use crate::{ExrCompression, picture_end};
+        // Several bands of radiance, and last blocks that are not full. Flat at the top; below are random bits, some of
+        // which are no numbers.
+        let (width, height) = (128, 2 * 32 + 5);
+        let count = (width * height) as usize;
+        let mut state = 1u32;
+        let mut noise = move || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            state
+        };
+        let mut values = |flat: u32, components: usize| -> Vec<u32> {
+            (0..components * count).map(|at| if at < components * count / 2 { flat } else { noise() }).collect()
+        };
+        let floats = |bits: Vec<u32>| bits.into_iter().map(f32::from_bits).collect::<Vec<f32>>();
+        let radiance = floats(values(0.25f32.to_bits(), 4));
+        let aovs = [
+            float(Aov::Depth, 1, floats(values(f32::INFINITY.to_bits(), 1))),
+            float(Aov::Normal, 3, floats(values((-0.0f32).to_bits(), 3))),
+            AovLayer { aov: Aov::ObjectId, samples: Samples::Id(values(0, 1)) },
+        ];
+        assert!(band_rows(width, 4) < height);
+        let file = |compression: ExrCompression| {
+            let info = PictureInfo { compression, ..Default::default() };
+            encode(width, height, Some(&radiance), &aovs, &info).expect("encoded")
+        };
+        let plain = file(ExrCompression::None);
+        let expected = bits(plain.clone());
+        assert_eq!(expected.len(), 4 + 1 + 3 + 1);
+        let alpha: Vec<u32> = radiance.iter().skip(3).step_by(4).map(|value| value.to_bits()).collect();
+        assert!(expected[0] == alpha, "channels are sorted by name");
+        for name in ExrCompression::NAMES {
+            let compression = ExrCompression::named(name).expect(name);
+            let bytes = file(compression);
+            let is_smaller = bytes.len() < plain.len();
+            assert_eq!(is_smaller, compression != ExrCompression::None, "{name}: {} of {}", bytes.len(), plain.len());
+            let is_whole = |bytes: &[u8]| picture_end::is_whole(&mut Cursor::new(bytes)).expect("read");
+            assert!(is_whole(&bytes) && !is_whole(&bytes[..bytes.len() - 1]), "{name}");
+            assert!(bits(bytes.clone()) == expected, "{name}");
+            let image = read_all_flat_layers_from_memory(bytes);
+            let says = |layer: &Layer<AnyChannels<FlatSamples>>| layer.encoding.compression == compression.of_header();
+            assert!(image.layer_data.iter().all(says), "{name}");
+        }
+        // The smallest picture, of which there is nothing to pack.
+        for name in ExrCompression::NAMES {
+            let compression = ExrCompression::named(name).expect(name);
+            let info = PictureInfo { compression, ..Default::default() };
+            let bytes = encode(1, 1, Some(&[0.0, 0.0, 0.0, 1.0]), &[], &info).expect(name);
+            assert_eq!(bits(bytes), [vec![1.0f32.to_bits()], vec![0], vec![0], vec![0]], "{name}");
+        }
     }
 
     #[test]

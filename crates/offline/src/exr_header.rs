@@ -8,9 +8,60 @@ use exr::meta::{MetaData, magic_number};
 use exr::prelude::*;
 use std::io::Write;
 
+/// How the pixels of a file are packed. Each way gives back every bit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum ExrCompression {
+    /// Deflate, 16 rows at a time.
+    #[default]
+    Zip,
+    /// Deflate, row by row, for readers that go from row to row.
+    Zips,
+    /// Runs of equal bytes, row by row: quick, and of use for flat areas.
+    Rle,
+    /// Wavelets and Huffman codes, 32 rows at a time: for noise.
+    Piz,
+    /// As they are.
+    None,
+}
+
+impl ExrCompression {
+    /// The words for all of them.
+    pub const NAMES: [&str; 5] = ["zip", "zips", "rle", "piz", "none"];
+
+    /// The one of a word.
+    pub fn named(word: &str) -> Option<Self> {
+        match word {
+            "zip" => Some(Self::Zip),
+            "zips" => Some(Self::Zips),
+            "rle" => Some(Self::Rle),
+            "piz" => Some(Self::Piz),
+            "none" => Some(Self::None),
+            _ => None,
+        }
+    }
+
+    /// As headers say it.
+    pub(crate) fn of_header(self) -> Compression {
+        match self {
+            Self::Zip => Compression::ZIP16,
+            Self::Zips => Compression::ZIP1,
+            Self::Rle => Compression::RLE,
+            Self::Piz => Compression::PIZ,
+            Self::None => Compression::Uncompressed,
+        }
+    }
+
+    /// The rows of a block.
+    pub(crate) fn block_rows(self) -> u32 {
+        self.of_header().scan_lines_per_block() as u32
+    }
+}
+
 /// What the header of a picture says besides its size and channels.
 #[derive(Clone, Debug, Default)]
 pub struct PictureInfo {
+    /// How its pixels are packed.
+    pub compression: ExrCompression,
     /// Its camera.
     pub camera: Option<CameraData>,
     /// The number of its frame.
@@ -52,6 +103,7 @@ pub(crate) fn headers(width: u32, height: u32, parts: &[Part], info: &PictureInf
     let size = (width as usize, height as usize);
     let mut shared = ImageAttributes::with_size(size);
     shared.chromaticities = Some(REC_709);
+    let encoding = info.compression.of_header();
     let header = |(index, part): (usize, &Part)| {
         let sample_type = if part.is_id { SampleType::U32 } else { SampleType::F32 };
         let mut names = part.channels.clone();
@@ -59,7 +111,7 @@ pub(crate) fn headers(width: u32, height: u32, parts: &[Part], info: &PictureInf
         names.sort_unstable();
         let channel = |name: &&str| ChannelDescription::new(text(name), sample_type, !part.is_id);
         Header::new(text(&part.name), size, names.iter().map(channel).collect())
-            .with_encoding(Compression::ZIP16, exr::meta::BlockDescription::ScanLines, LineOrder::Increasing)
+            .with_encoding(encoding, exr::meta::BlockDescription::ScanLines, LineOrder::Increasing)
             .with_shared_attributes(shared.clone())
             .with_attributes(layer_attributes(part, index == 0, info))
     };

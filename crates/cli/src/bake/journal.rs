@@ -127,7 +127,8 @@ impl Journal {
         file.set_len(end)?;
         file.seek(SeekFrom::End(0))?;
         if end == 0 {
-            file.write_all(head(key).as_bytes())?;
+            // What a full disk takes of the line is no journal.
+            file.write_all(head(key).as_bytes()).inspect_err(|_| drop(fs::remove_file(path)))?;
         }
         Ok((known, file))
     }
@@ -185,8 +186,38 @@ impl Keeper for Journal {
                 let path = self.path.display();
                 say(format_args!("note: {path}: {error}; the bake goes on, and will begin anew if it is interrupted"));
             }
-            // What was written of the record is none.
+            // It is cut off, and the output needs its room.
             *slot = None;
+            let _ = fs::remove_file(&self.path);
         }
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+    use super::*;
+
+    #[test]
+    fn a_full_disk_leaves_no_journal_behind() {
+        let folder = std::env::temp_dir().join(format!("manypass-journal-{}", std::process::id()));
+        let _ = fs::remove_dir_all(&folder);
+        fs::create_dir_all(&folder).unwrap();
+        let output = folder.join("a.glb");
+        let journal = Journal::open(&output, 7, true);
+        journal.put(0, 0, &[1; 100]);
+        drop(journal);
+        // What was whole is there for the next bake.
+        let journal = Journal::open(&output, 7, true);
+        assert_eq!(journal.get(0, 0), Some(vec![1; 100]));
+        // This device takes no byte, as a full disk.
+        *journal.file.lock().unwrap() = Some(OpenOptions::new().write(true).open("/dev/full").unwrap());
+        journal.put(0, 1, &[2; 100]);
+        assert!(!path_of(&output).exists(), "it takes the room of the output as long as the bake lasts");
+        // The bake goes on without one.
+        journal.put(0, 2, &[3; 100]);
+        assert_eq!(journal.get(0, 0), None);
+        assert!(journal.remove_if_empty() && fs::read_dir(&folder).unwrap().next().is_none());
+        fs::remove_dir_all(&folder).unwrap();
     }
 }

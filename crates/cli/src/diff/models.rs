@@ -70,6 +70,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let meets_stages = [&args.a, &args.b].into_iter().any(|input| is_stage(Path::new(input)));
     let chosen = Chosen::of_frame(frame)?.meeting_stages(meets_stages);
     job::check_aovs(true, &chosen.settings(Settings::default(), None)?.0)?;
+    session::note_cache(!args.cache.no_cache);
     let mut surroundings = Surroundings::new(session::cache(!args.cache.no_cache));
     let mut read = |argument: &str| -> Result<Read, Failure> {
         let input = one(argument)?;

@@ -35,6 +35,17 @@ fn all_variables_are_all_wherever_that_stands() {
 }
 
 #[test]
+fn the_compression_of_exr_is_a_choice() {
+    let compression = |flags: &[&str]| job(flags).expect("EXR").compression;
+    assert_eq!(compression(&["-o", "a.exr"]), ExrCompression::Zip);
+    assert_eq!(compression(&["-o", "a.exr", "--exr-compression", "none"]), ExrCompression::None);
+    assert_eq!(compression(&["-o", "a.tar", "--aov", "depth", "--exr-compression", "piz"]), ExrCompression::Piz);
+    for name in ExrCompression::NAMES {
+        assert_eq!(Some(compression(&["-o", "a.exr", "--exr-compression", name])), ExrCompression::named(name));
+    }
+}
+
+#[test]
 fn what_set_changes_last_decides_what_fits_together() {
     let flags = ["-o", "a.jpg", "--background", "transparent", "--set", "background.source=ff0000"];
     assert_eq!(job(&flags).expect("a colour").format, Format::Jpg);
@@ -62,6 +73,9 @@ fn conflicts_and_nonsense_are_wrong_usage() {
         &["-o", "a.png", "--format", "tar"],
         &["-o", "a.y4m", "--aov", "depth"],
         &["-o", "a.y4m", "--background", "transparent"],
+        &["-o", "a.png", "--exr-compression", "zip"],
+        &["-o", "a.npz", "--exr-compression", "zip"],
+        &["-o", "a.exr", "--exr-compression", "dwaa"],
         &["-o", "a.npz", "--skip-existing"],
         &["-o", "{stem}.npz"],
         &["-o", "a.glb", "--format", "tar"],

@@ -96,3 +96,11 @@ fn a_driver_needs_more_on_more_cores() {
     assert!(driver_fits(&[limit("the data segment (`ulimit -d`)", 1 << 20, 1 << 20, true)], 2).is_err());
     assert!(driver_fits(&[], 64).is_ok());
 }
+
+#[test]
+fn a_file_in_the_place_of_a_folder_cannot_be_written_into() {
+    let file = std::env::temp_dir().join(format!("manypass-in-the-way-{}", std::process::id()));
+    std::fs::write(&file, b"a file").unwrap();
+    assert!(!is_writable(&file) && !is_writable(&file.join("below")) && is_writable(&std::env::temp_dir()));
+    std::fs::remove_file(&file).unwrap();
+}

@@ -15,7 +15,6 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 use std::sync::Arc;
 
-
 /// A primitive of a node.
 #[derive(Clone, Debug)]
 pub(crate) struct Item {
