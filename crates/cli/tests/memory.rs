@@ -53,7 +53,7 @@ fn pictures_that_do_not_fit_are_refused_and_the_batch_goes_on() {
     let run = run_limited(&folder, limit_kib, &[&large[..], &["4096x4096"]].concat()).expect(1);
     let errors: Vec<&str> = run.stderr.lines().filter(|line| line.starts_with("error: ")).collect();
     assert!(
-        matches!(errors[..], [a, b, all] if a.starts_with("error: a.glb: a picture of 4096x4096 with 13 AOVs needs")
+        matches!(errors[..], [a, b, all] if a.starts_with("error: a.glb: a picture of 4096x4096 with 14 AOVs needs")
         && b.starts_with("error: b.glb: ") && all.contains("2 of 2 inputs failed")),
         "{}",
         run.stderr

@@ -7,25 +7,18 @@ import package::view::{view, distance_from_depth_texel};
 
 // 1 if what is nearest of all is left out of the frame, see the pass `adaptive`.
 override leaves_out: u32 = 0u;
-// 1 if the size of depth, and of what is written, is another than the view's.
-override has_own_size: u32 = 0u;
 
 @group(1) @binding(0) var depth: texture_2d<f32>;
 @group(0) @binding(7) var nearest_clamp: sampler;
 
 @fragment
 fn fs_linear_depth(@builtin(position) position: vec4f) -> @location(0) f32 {
-    // In pixels of the view.
-    var position_px = position.xy;
-    if has_own_size != 0u {
-        position_px = position.xy / vec2f(textureDimensions(depth)) * view.size_px;
-    }
     // Sampled, not loaded: a depth texture without a sampler reads 0 on WebGL 2.
-    let depth_ndc = textureSampleLevel(depth, nearest_clamp, position_px * view.inverse_size_px, 0.0).r;
+    let depth_ndc = textureSampleLevel(depth, nearest_clamp, position.xy * view.inverse_size_px, 0.0).r;
     if leaves_out != 0u {
         if depth_ndc >= 1.0 {
             discard;
         }
     }
-    return distance_from_depth_texel(position_px, depth_ndc);
+    return distance_from_depth_texel(position.xy, depth_ndc);
 }

@@ -15,7 +15,6 @@ use crate::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 use crate::gbuffer::{Gbuffer, LINEAR_DEPTH, RADIANCE};
 use crate::occlusion::Occlusion;
 use crate::record::{ADD, Fullscreen, PicturePart, Recorder, Texels, Which};
-use crate::resolution::Resolution;
 use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
 use glam::Vec2;
@@ -252,7 +251,7 @@ impl<'s> Tracing<'s> {
         let target = r.texture_of(if is_filtered { "reflections.filter" } else { "reflections" }, desc);
         let pyramid = record_pyramid(r, &seen.gbuffer.linear_depth)?;
         let coarse_radiance = record_coarse_radiance(r, met)?;
-        let backs = if settings.thickness_m > 0.0 { None } else { Some(record_backs(r, settings.resolution)?) };
+        let backs = if settings.thickness_m > 0.0 { None } else { Some(record_backs(r)?) };
         let is_of_pixels = side_px == 1 && seen.depth.desc().samples == 1;
         let of_lit = |step: Fullscreen<'_, '_>, target| {
             let step = step.constant("side", side_px).uniform("reflections", &self.uniform);
@@ -280,20 +279,19 @@ impl<'s> Tracing<'s> {
     }
 }
 
-/// How far away the backs of bodies are, so that it is known where what is seen of them ends: at the full size where rays
-/// have it, else at half of it. Rays of a quarter meet pixels of the full size, too, and larger texels tear edges.
-fn record_backs(r: &mut Recorder<'_, '_>, rays: Resolution) -> Result<Handle, ProgramError> {
-    let resolution = if rays == Resolution::Full { Resolution::Full } else { Resolution::Half };
-    let depth = resolution.desc(r.view, r.frame.gpu.capabilities.depth_format);
-    let depth = r.texture_of("reflections.backs", depth);
+/// How far away the backs of bodies are, so that it is known where what is seen of them ends.
+fn record_backs(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
+    let depth = r.texture_of(
+        "reflections.backs",
+        TextureDesc { format: r.frame.gpu.capabilities.depth_format, ..r.view.desc(LINEAR_DEPTH) },
+    );
     let mut pass = r.surfaces("reflections.backs", "geometry");
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.backs();
     pass.draw_opaque(Which::Hiding)?;
-    let target = r.texture_of("reflections.back_distances", resolution.desc(r.view, LINEAR_DEPTH));
+    let target = r.texture("reflections.back_distances", LINEAR_DEPTH);
     r.declare_texels(&target, Texels::Distance);
     let step = r.fullscreen("reflections.back_distances", "linear_depth", &[]).constant("leaves_out", 0);
-    let step = step.constant("has_own_size", u32::from(resolution != Resolution::Full));
     step.read_depth("depth", &depth).draw_into(target, ColorLoad::Discard)
 }
 

@@ -8,8 +8,8 @@
 // picture as the ray stands for, so that few rays find small lamps (Colbert & Křivánek 2007, "GPU-Based Importance
 // Sampling");
 // - rays below the horizon are turned up, since their light is in the energy compensation.
-// Reads: G-buffer, linear_depth, reflections.pyramid, radiance, reflections.radiance, reflections.back_distances. Writes:
-// radiance of the hit times how much it is to be trusted, and that share.
+// Reads: G-buffer, linear_depth, reflections.pyramid, radiance, reflections.radiance. Writes: radiance of the hit times how much it is to be
+// trusted, and that share.
 // Program: reflections_trace.
 
 import package::view::{view, pixel_from_position_view, position_view_from_pixel};
@@ -40,7 +40,7 @@ import package::shaders::visible_normals::{reflected_likelihood, visible_normal}
 override has_mirrors: u32 = 0u;
 override steps: u32 = 96u;
 
-// How far away backs of bodies are, looked at with `has_backs` alone; a texel may be of several pixels.
+// How far away backs of bodies are, looked at with `has_backs` alone.
 @group(1) @binding(9) var back_distances: texture_2d<f32>;
 
 override has_backs: u32 = 0u;
@@ -129,7 +129,6 @@ fn follow(center: Center, direction: vec3f, facet_normal: vec3f) -> Hit {
     let per_px = signs / max(abs(way.xy), vec2f(1e-6));
     let width_of_pixel = 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
     let past_edge = PAST_EDGE_PX / max(length(way.xy), 1e-3);
-    let back_texels_per_px = vec2f(textureDimensions(back_distances)) * view.inverse_size_px;
 
     var hit = Hit(false, vec2f(0.0), vec3f(0.0), vec3f(0.0), 0.0, false);
     var level = 0u;
@@ -175,7 +174,7 @@ fn follow(center: Center, direction: vec3f, facet_normal: vec3f) -> Hit {
             var is_body = false;
             var is_hit = is_met;
             if has_backs != 0u {
-                let back_m = textureLoad(back_distances, vec2i(middle_px * back_texels_per_px), 0).r;
+                let back_m = textureLoad(back_distances, vec2i(middle_px), 0).r;
                 let entering_m = distance_from_nearness(max(entering, leaving));
                 is_body = back_m > nearest_m && back_m < nearest_m + reflections.thickness_max_m;
                 // Rays along a silhouette go far within a pixel, whose middle tells whether they are within.
