@@ -110,7 +110,7 @@ const HELMET: &str = "khronos-sample-assets/Models/DamagedHelmet/glTF-Binary/Dam
 const MASKS: &str = "khronos-sample-assets/Models/AlphaBlendModeTest/glTF-Binary/AlphaBlendModeTest.glb";
 const POINTS: &str = "renderling/shadow_mapping_points.glb";
 
-pub(super) static CASES: [Case; 71] = [
+pub(super) static CASES: [Case; 70] = [
     Case { echo: FAINT, ..case("hall-echo", variables::MODEL, WIDE) },
     Case { echo: FAINT, is_forward: true, has_variables: true, ..case("hall-forward", variables::MODEL, WIDE) },
     // Groups of its lights find more room for their shadow maps than all of them, and then would not add up.
@@ -208,14 +208,8 @@ pub(super) static CASES: [Case; 71] = [
     },
     // What surfaces hide of the environment from each other, filtered as in a picture of one sample.
     Case { settings: &[("occlusion.enabled", "true")], ..case("hall-occlusion", variables::MODEL, WIDE) },
-    // The floor reflects the hall, filtered as in a picture of one sample.
-    Case {
-        settings: &[("reflections.enabled", "true")],
-        // A ray that just meets a lamp, or passes it, is filtered over a square.
-        tolerance: Tolerance { share: 0.94, share_between: 0.989, mean: 0.5, ..together(290, 130) },
-        ..case("hall-reflections", variables::MODEL, WIDE)
-    },
-    // The default frame: occlusion and reflections, and the bloom that the hall brings.
+    // The default frame: occlusion and reflections, filtered as in a picture of one sample, and the bloom that the hall
+    // brings. A ray that just meets a lamp, or passes it, is filtered over a square.
     Case {
         has_defaults: true,
         tolerance: Tolerance { share: 0.94, share_between: 0.989, mean: 0.5, ..together(290, 130) },

@@ -15,7 +15,7 @@ use crate::lights::{ClusterLists, ClusterUniform, LightReaches, ListRecord, Rect
 use crate::outline::Outline;
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
-use crate::shader::compose::has_constant;
+use crate::shader::compose::has_constant_somewhere;
 use crate::shader::program::Constant;
 use crate::view::ViewUniform;
 use manypass_graph::TextureDesc;
@@ -106,9 +106,9 @@ impl PreparedView {
         TextureDesc::new_2d(self.size.0, self.size.1, format)
     }
 
-    /// The `override` constants of its passes that `program` declares.
+    /// The `override` constants of its passes that `program` declares, or one that draws other surfaces in its place.
     pub(super) fn constants_of(&self, program: &str) -> Vec<Constant> {
-        self.constants.iter().filter(|(constant, _)| has_constant(program, constant)).copied().collect()
+        self.constants.iter().filter(|(constant, _)| has_constant_somewhere(program, constant)).copied().collect()
     }
 
     /// How many levels of detail its draws have, from the finest to the coarsest that is shown.
