@@ -120,3 +120,33 @@ fn examples_of_docs() -> Result<Tally> {
     ensure!(status.success() || tally.failed > 0, "{command:?} ended with {status}");
     Ok(tally)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_programs_with_tests_are_run_and_failures_count() {
+        let line = |profile: &str, executable: &str| {
+            format!(
+                r#"{{"manifest_path":"/a/crates/b/Cargo.toml","target":{{"src_path":"/a/crates/b/tests/c.rs"}},
+                "profile":{{"test":{profile}}},"executable":{executable}}}"#
+            )
+        };
+        let program = Program::read(&line("true", "\"/a/target/c\"")).expect("a program");
+        assert_eq!((program.package, program.source), ("/a/crates/b".into(), "tests/c.rs".into()));
+        assert!(Program::read(&line("false", "\"/a/target/c\"")).is_none());
+        assert!(Program::read(&line("true", "null")).is_none());
+        assert!(Program::read("   Compiling b").is_none());
+
+        let run = |executable: &str| Program {
+            package: "/".into(),
+            source: "tests/c.rs".into(),
+            executable: executable.into(),
+        };
+        let sum = Mutex::new(Tally::default());
+        run_all(vec![run("/bin/true"), run("/bin/false"), run("/bin/true")], WORKERS, &sum).expect("they start");
+        assert_eq!(sum.into_inner().expect("no panic"), Tally { failed: 1, ..Tally::default() });
+        assert!(run_all(vec![run("/no/such/program")], 1, &Mutex::default()).is_err());
+    }
+}
