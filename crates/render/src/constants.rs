@@ -172,6 +172,8 @@ shared_constants! {
     /// Set beside an object id: points or lines that have no normals take no light (glTF 2.0, on the materials of
     /// points and lines).
     WITHOUT_NORMALS: u32 = 0x8000_0000;
+    /// The corners of the triangle around the disc of a point: as many vertices it has.
+    POINT_CORNERS: u32 = 3;
     /// Of what fades into another level of detail, object ids are below 2 to the power of this; above them stands how
     /// far.
     FADE_SHIFT: u32 = 23;

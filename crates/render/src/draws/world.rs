@@ -8,7 +8,7 @@ use crate::decals::SharedDecals;
 use crate::levels::{Group, SurfaceForm, SurfaceForms};
 use crate::lights::ObjectBounds;
 use crate::resources::layers::{SEEN_LARGE, SHADED_WHERE_DRAWN};
-use crate::resources::{GpuMaterial, GpuPrimitive, Instance, ReducedMaterials, SceneResources};
+use crate::resources::{GpuMaterial, GpuPrimitive, Instance, ReducedMaterials, SceneResources, copies};
 use glam::{Mat4, Vec3, Vec4};
 use manypass_scene::{Aabb, Node, NodeId, Scene, Topology};
 use std::collections::BTreeSet;
@@ -413,7 +413,7 @@ impl Drawn<'_> {
         Instance {
             world_from_object: [matrix.row(0), matrix.row(1), matrix.row(2)].map(|row| row.to_array()),
             ids: [(id.0 + 1) | without_normals, first_joint, first_weight, primitive.morph_count],
-            morph: [primitive.morph.start, primitive.vertex_count / primitive.copies],
+            morph: [primitive.morph.start, primitive.vertex_count / copies(primitive.topology)],
         }
     }
 

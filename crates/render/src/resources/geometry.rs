@@ -1,7 +1,7 @@
 //! Meshes on the device: vertices, skins and indices in pages, morph targets in a table.
 
 use super::pages::{Pages, Place};
-use super::vertices::{self, SkinVertex, Vertex, copies, drawn_vertices, in_drawing_order, is_deformed};
+use super::vertices::{self, SkinVertex, Vertex, drawn_vertices, in_drawing_order, is_deformed};
 use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
@@ -36,8 +36,6 @@ pub(crate) struct GpuPrimitive {
     pub levels: Vec<GpuLevel>,
     /// The number of vertices on the device.
     pub vertex_count: u32,
-    /// How many of them are one vertex of the file.
-    pub(crate) copies: u32,
     /// The number of indices, or of vertices if it is not indexed.
     pub count: u32,
     /// What they form.
@@ -350,7 +348,6 @@ impl Geometry {
             indices: None,
             levels: Vec::new(),
             vertex_count,
-            copies: copies(primitive) as u32,
             count: vertex_count,
             topology: primitive.topology,
             material: primitive.material,

@@ -27,7 +27,7 @@ pub(crate) use reduced::{FactorsOf, ReducedMaterials};
 pub use settings::TextureSettings;
 pub(crate) use textures::{Address, Textures, address_of, monitor_desc, monitor_fits};
 use vertices::is_deformed;
-pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDES};
+pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDES, copies};
 
 use crate::constants::DATA_WIDTH;
 use crate::decals::DecalAtlas;

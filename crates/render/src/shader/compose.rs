@@ -55,14 +55,10 @@ pub fn has_axis(program: &str, axis: &str) -> bool {
     PROGRAMS.iter().any(|(name, axes, _)| *name == program && axes.contains(&axis))
 }
 
-/// What programs that draw other surfaces in a program's place have after its name.
-const OF_SURFACES: [&str; 4] = ["_points", "_layered", "_detailed", "_relief"];
-
 /// Whether a program, or one that draws other surfaces in its place, declares the `override` constant `constant`.
 pub fn has_constant_somewhere(program: &str, constant: &str) -> bool {
-    let is_meant =
-        |name: &str| name.strip_prefix(program).is_some_and(|rest| rest.is_empty() || OF_SURFACES.contains(&rest));
-    CONSTANTS.iter().any(|(name, declared)| is_meant(name) && declared.contains(&constant))
+    let mut others = [points_of, layered_of, detailed_of, relief_of].into_iter().filter_map(|of| of(program));
+    has_constant(program, constant) || others.any(|other| has_constant(other, constant))
 }
 
 /// Whether any variant of a program declares the `override` constant `constant`.

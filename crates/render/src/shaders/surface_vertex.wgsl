@@ -1,7 +1,7 @@
 // The vertex stage of everything that draws the scene's surfaces. Positions are computed by one expression, so that a
 // pass which draws a surface again gets the same depth.
 
-import package::constants::{DATA_WIDTH, FADE_SHIFT, WITHOUT_NORMALS};
+import package::constants::{DATA_WIDTH, FADE_SHIFT, POINT_CORNERS, WITHOUT_NORMALS};
 import package::shaders::level_fade::fades;
 import package::view::view;
 
@@ -104,7 +104,7 @@ struct Displacement {
 
 @if(skins) fn vertex_of_primitive(in: SurfaceInput) -> u32 {
     @if(points) {
-        return in.vertex / 3u;
+        return in.vertex / POINT_CORNERS;
     }
     @if(!points) {
         return in.vertex;
@@ -134,7 +134,7 @@ fn transform_point(rows: Rows, position: vec3f) -> vec3f {
 
 // A corner of the triangle with equal sides around a disc, which faces the eye.
 @if(points) fn disc_corner(vertex: u32) -> vec2f {
-    let index = vertex % 3u;
+    let index = vertex % POINT_CORNERS;
     return select(vec2f(select(-1.7320508, 1.7320508, index == 1u), -1.0), vec2f(0.0, 2.0), index == 2u);
 }
 
