@@ -153,15 +153,19 @@ pub fn view_passes(
     let kept = reflections::Kept::new(r, &settings.reflections);
     let found = InPicture { occlusion: hidden, reflections: kept.found() };
     let (radiance, depth) = light_passes(r, settings, &gbuffer, found, outputs.depth, outputs.radiance)?;
-    let (radiance, depth) = forward::record_layered(r, None, radiance, LayeredDepth::There(depth))?;
+    let (radiance, depth) = forward::record_layered(r, None, found, radiance, LayeredDepth::There(depth))?;
     let mirrored = mirrored_passes(r, &flat.mirrors, &gbuffer, &depth)?;
     let seen =
         reflections::Seen { gbuffer: &gbuffer, occlusion: hidden, depth: &depth, radiance: None, mirrored: None };
     let radiance = compose_mirrors(r, mirrored.as_ref(), seen, radiance)?;
-    let radiance = gi::record(r, &settings.gi, &gbuffer, hidden.is_some(), &depth, radiance)?;
+    let (radiance, found) = gi::record(r, &settings.gi, &gbuffer, hidden.is_some(), &depth, radiance)?;
+    let radiance = match found {
+        Some(found) => forward::record_layered_light(r, &found, &depth, radiance)?,
+        None => radiance,
+    };
     let mirrored = mirrored.as_ref().map(|mirrored| &mirrored.texture);
     let seen = reflections::Seen { mirrored, ..seen };
-    let radiance = reflections::record(r, &settings.reflections, (seen, kept), radiance)?;
+    let radiance = reflection_passes(r, settings, (seen, kept), radiance)?;
     let radiance = background::record(r, &settings.background, &depth, radiance)?;
     let radiance = ground::record(r, &depth, radiance)?;
     let Watered { radiance, depth, linear_depth } =
@@ -347,7 +351,7 @@ fn mirrored_passes(
     let objects: Vec<u32> = mirrors.iter().map(|mirror| mirror.object).collect();
     let ids = ids::record_of(r, "mirrors.ids", &objects, depth)?;
     let texture = mirrors::record(r, mirrors, gbuffer, &ids)?;
-    Ok(Some(Reflections { texture, side_px: 1 }))
+    Ok(Some(Reflections { texture, side_px: 1, roughness_max: 1.0 }))
 }
 
 /// Puts what mirrors reflect in the place of the environment's specular light.
@@ -429,7 +433,20 @@ fn reflected_passes(
     let mirrored = mirrored.map(|mirrored| &mirrored.texture);
     let seen = reflections::Seen { gbuffer, occlusion, depth, radiance: mean.as_ref(), mirrored };
     let kept = reflections::Kept::new(r, &settings.reflections);
-    reflections::record(r, &settings.reflections, (seen, kept), radiance)
+    reflection_passes(r, settings, (seen, kept), radiance)
+}
+
+/// What surfaces reflect of the picture, and then those that are shaded where they are drawn, over their radiance.
+fn reflection_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    (seen, kept): (reflections::Seen<'_>, reflections::Kept),
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    let (radiance, found) = reflections::record(r, &settings.reflections, (seen, kept), radiance)?;
+    let Some(found) = found else { return Ok(radiance) };
+    let found = InPicture { occlusion: seen.occlusion, reflections: Some(&found) };
+    forward::record_layered_reflections(r, found, seen.depth, radiance)
 }
 
 /// Opaque surfaces that are shaded where they are drawn: radiance and depth.
@@ -447,7 +464,7 @@ fn forward_passes(
             let begun = (begun.depth, begun.load);
             let (radiance, depth) = gouraud::record_opaque(r, fog, begun)?;
             let fog = if r.view.counts_pairs() { None } else { Some(fog) };
-            forward::record_layered(r, fog, radiance, LayeredDepth::Missing(depth))
+            forward::record_layered(r, fog, InPicture::default(), radiance, LayeredDepth::Missing(depth))
         }
     }
 }
@@ -672,7 +689,7 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
             let (ViewOutputs { depth, .. }, gbuffer) = surface_passes(r, settings, &Variables::default(), false)?;
             let pairs = LightTarget::new(r).cleared(r.graph);
             let (pairs, depth) = light_passes(r, settings, &gbuffer, InPicture::default(), depth, pairs)?;
-            forward::record_layered(r, None, pairs, LayeredDepth::There(depth))?
+            forward::record_layered(r, None, InPicture::default(), pairs, LayeredDepth::There(depth))?
         }
         _ => {
             let (begun, _) = before_forward(r, settings, &Variables::default(), &[])?;

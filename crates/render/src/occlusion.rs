@@ -7,6 +7,9 @@ use manypass_graph::Handle;
 /// The texture in shaders.
 const NAME: &str = "screen_occlusion";
 
+/// Where those with layers find it: WebGL 2 has no more textures, and no opaque surface needs what else lies there.
+const NAME_WITH_LAYERS: &str = "nearest_m";
+
 /// The uniform of `shaders/coarse_occlusion.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
@@ -15,6 +18,15 @@ struct CoarseOcclusion {
     padding_0: f32,
     padding_1: f32,
     padding_2: f32,
+}
+
+impl CoarseOcclusion {
+    /// Of what was found, with the constant that says how large its texels are.
+    fn of(found: Option<&Occlusion>) -> (Self, Constant) {
+        let before = found.and_then(|found| found.found_before);
+        let uniform = Self { reach_m: before.map_or(1.0, |before| before.reach_m), ..Self::default() };
+        (uniform, ("occlusion_side", before.map_or(0, |before| before.side_px)))
+    }
 }
 
 /// What an earlier sample of a still found for all.
@@ -43,21 +55,30 @@ pub struct Occlusion {
 impl Occlusion {
     /// Declares that `step` reads it, if there is any, under the names of `shaders/occlusion.wgsl`.
     pub fn read_by<'r, 'f>(found: Option<&Self>, step: Fullscreen<'r, 'f>) -> Fullscreen<'r, 'f> {
-        let before = found.and_then(|found| found.found_before);
-        let uniform = CoarseOcclusion { reach_m: before.map_or(1.0, |before| before.reach_m), ..Default::default() };
-        let step = step.uniform("coarse_occlusion", &uniform);
-        let step = step.constant("occlusion_side", before.map_or(0, |before| before.side_px));
+        let (uniform, side) = CoarseOcclusion::of(found);
+        let step = step.uniform("coarse_occlusion", &uniform).constant(side.0, side.1);
         match found {
             None => step.stand_in(NAME),
             Some(found) => step.constants(&found.constants()).read(NAME, &found.texture),
         }
     }
 
-    /// The same of a pass that draws surfaces, of what the sample found itself.
+    /// The same of a pass that draws opaque surfaces. Those without layers take what the sample found itself.
     pub fn bind(found: Option<&Self>, pass: &mut SurfacePass<'_, '_>) {
-        let Some(found) = found else { return pass.stand_in(NAME) };
+        let (uniform, side) = CoarseOcclusion::of(found);
+        pass.uniform("coarse_occlusion", &uniform);
+        pass.constant(side.0, side.1);
+        let Some(found) = found else {
+            return [NAME, NAME_WITH_LAYERS].into_iter().for_each(|name| pass.stand_in(name));
+        };
         found.constants().into_iter().for_each(|(name, value)| pass.constant(name, value));
-        pass.read(NAME, &found.texture);
+        pass.read_under(&[NAME, NAME_WITH_LAYERS], &found.texture);
+    }
+
+    /// The same of a pass that draws surfaces which are not occluded, and have [`NAME_WITH_LAYERS`] for what else it is.
+    pub fn bind_none(pass: &mut SurfacePass<'_, '_>) {
+        pass.uniform("coarse_occlusion", &CoarseOcclusion::of(None).0);
+        pass.stand_in(NAME);
     }
 
     fn constants(&self) -> [Constant; 3] {

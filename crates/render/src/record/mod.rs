@@ -120,6 +120,11 @@ impl<'r, 'f> Recorder<'r, 'f> {
         }
     }
 
+    /// Whether the view shows opaque surfaces whose materials have more than the G-buffer holds.
+    pub fn shows_shaded_where_drawn(&self) -> bool {
+        surfaces::shows_shaded_where_drawn(self.view, self.frame.world)
+    }
+
     /// A full-screen pass of the program `program` with the axes `axes` on. Its name is its folder's, then the step's.
     pub fn fullscreen(
         &mut self,

@@ -6,7 +6,10 @@ use super::packing::{ImageSource, shared_texel};
 use super::pages::{Pages, Place};
 use super::reduced::FactorsOf;
 use super::textures::Textures;
-use crate::constants::{LAYER_LIGHT_MAP, LAYER_TRANSMISSION};
+use crate::constants::{
+    LAYER_CLEARCOAT, LAYER_GLOSSINESS, LAYER_LIGHT_MAP, LAYER_TRANSMISSION, SHADING_MODEL_COATED_ROUGH,
+    SHADING_MODEL_COATED_SMOOTH, SHADING_MODEL_UNTRACED,
+};
 use crate::gpu::Gpu;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
@@ -62,7 +65,31 @@ pub(super) const UNIFORM_ALIGNMENT_BYTES: usize = 256;
 const SHADING_MODEL_UNLIT: f32 = 0.0;
 pub(super) const SHADING_MODEL_STANDARD: f32 = 1.0;
 pub(super) const SHADING_MODEL_BAKED: f32 = 204.0 / 255.0;
-pub(super) const SHADING_MODEL_FORWARD: f32 = 128.0 / 255.0;
+const SHADING_MODEL_FORWARD: f32 = 128.0 / 255.0;
+
+/// Whether a shading model is one of surfaces that are shaded where they are drawn.
+pub(super) fn is_shaded_where_drawn(shading_model: f32) -> bool {
+    shading_model > SHADING_MODEL_UNLIT && shading_model < SHADING_MODEL_BAKED
+}
+
+/// The shading model of a material that has these bits of layers.
+fn shading_model_of(material: &Material, layers: u32) -> f32 {
+    if material.shading_model == ShadingModel::Unlit {
+        return SHADING_MODEL_UNLIT;
+    }
+    if layers & SHADED_WHERE_DRAWN == 0 {
+        return if layers & LAYER_LIGHT_MAP != 0 { SHADING_MODEL_BAKED } else { SHADING_MODEL_STANDARD };
+    }
+    let coat = material.clearcoat.as_ref().filter(|_| layers & LAYER_CLEARCOAT != 0);
+    match coat.map(|coat| (coat.weight.factor, coat.roughness.factor)) {
+        Some((weight, roughness)) if weight > 0.0 => {
+            let roughness = if roughness.is_nan() { 0.0 } else { roughness.clamp(0.0, 1.0) };
+            SHADING_MODEL_COATED_SMOOTH + (SHADING_MODEL_COATED_ROUGH - SHADING_MODEL_COATED_SMOOTH) * roughness
+        }
+        _ if layers & LAYER_GLOSSINESS != 0 => SHADING_MODEL_UNTRACED,
+        _ => SHADING_MODEL_FORWARD,
+    }
+}
 
 /// A material on the device.
 #[derive(Debug)]
@@ -356,12 +383,7 @@ impl Described {
                 AlphaMode::Blend => BLENDED_ALPHA_MIN,
                 AlphaMode::Opaque => 0.0,
             },
-            shading_model: match material.shading_model {
-                ShadingModel::Unlit => SHADING_MODEL_UNLIT,
-                ShadingModel::Standard if has_layer(SHADED_WHERE_DRAWN) => SHADING_MODEL_FORWARD,
-                ShadingModel::Standard if has_layer(LAYER_LIGHT_MAP) => SHADING_MODEL_BAKED,
-                ShadingModel::Standard => SHADING_MODEL_STANDARD,
-            },
+            shading_model: shading_model_of(material, layers.as_ref().map_or(0, |layers| layers.bits)),
             material_id: index as u32,
             blended: if blended { 1.0 } else { 0.0 },
             double_sided: if material.double_sided { 1.0 } else { 0.0 },

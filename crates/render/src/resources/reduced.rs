@@ -3,8 +3,8 @@
 
 use super::layers::f0_without_layers;
 use super::materials::{
-    GpuMaterial, MaterialFactors, Materials, SHADING_MODEL_BAKED, SHADING_MODEL_FORWARD, SHADING_MODEL_STANDARD,
-    Sampled, UNIFORM_ALIGNMENT_BYTES, binding,
+    GpuMaterial, MaterialFactors, Materials, SHADING_MODEL_BAKED, SHADING_MODEL_STANDARD, Sampled,
+    UNIFORM_ALIGNMENT_BYTES, binding, is_shaded_where_drawn,
 };
 use super::means::{Laid, means};
 use super::pages::{Pages, Place};
@@ -206,7 +206,7 @@ fn place(
 fn plain_of(material: &Material, whole: &GpuMaterial) -> Option<MaterialFactors> {
     whole.layers.as_ref()?;
     let mut factors = whole.factors;
-    if factors.shading_model == SHADING_MODEL_FORWARD {
+    if is_shaded_where_drawn(factors.shading_model) {
         factors.f0_dielectric = f0_without_layers(material)?;
         factors.shading_model = if whole.is_baked { SHADING_MODEL_BAKED } else { SHADING_MODEL_STANDARD };
     }

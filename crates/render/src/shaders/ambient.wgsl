@@ -80,17 +80,27 @@ fn suns_radiance(shading: Shading, diffuse_share: f32) -> vec3f {
     return sum * outside_share();
 }
 
-// What nothing in the picture hides: the shares of diffuse and of specular light, and the direction around which
-// diffuse light comes. And what the picture shows of mirrored light in the environment's place, with the share of it.
+// What nothing in the picture hides: the shares of diffuse and of specular light, the direction around which diffuse
+// light comes, and the share of what a clear coat mirrors. And what the picture shows of mirrored light in the
+// environment's place, with the share of it.
 struct Seen {
     diffuse: vec3f,
     specular: f32,
     direction: vec3f,
+    coat: f32,
     reflected: vec4f,
 }
 
+// Radiance is rounded to half floats: so much is left of what something else takes the place of, that nothing is below 0.
+const LEFT_SHARE: f32 = 0.002;
+
+// Where nothing is hidden.
+fn all_seen(shading: Shading) -> Seen {
+    return Seen(vec3f(1.0), 1.0, shading.normal, 1.0, vec4f(0.0));
+}
+
 fn ambient_radiance(surface: Surface, shading: Shading) -> vec3f {
-    return ambient_radiance_seen(surface, shading, Seen(vec3f(1.0), 1.0, shading.normal, vec4f(0.0)));
+    return ambient_radiance_seen(surface, shading, all_seen(shading));
 }
 
 // What is not shown of mirrored light, and is diffuse light instead, as the bits of a number (`shading.reflectivity`).

@@ -1,8 +1,10 @@
 // forward: surfaces shaded where they are drawn: blended ones, and with `--path forward` all of them. The same
 // reflectance model, lights and lists as the deferred path.
 // With `forward-batched` it is drawn once for each eight lights that reach its object (`light_batch`).
-// Reads: the tables of lights and clusters, the environment, occlusion. Writes: radiance (premultiplied), depth if opaque; with
-// `counts_pairs` the numbers of pairs in place of radiance.
+// Surfaces with layers are drawn again for what the picture shows in the place of the environment's light, once what they
+// send themselves is known (`layered.reflections`, `layered.gi`).
+// Reads: the tables of lights and clusters, the environment, occlusion, what was found in the picture. Writes: radiance
+// (premultiplied), depth if opaque; with `counts_pairs` the numbers of pairs in place of radiance; or a difference.
 // Program: forward, also for points, also with layers, also with relief. Axes: textures, skins.
 
 import package::view::view;
@@ -19,7 +21,13 @@ import package::shaders::light_lists::{light_sums, object_light_sums};
 import package::shaders::lights::{LightSums, counts_pairs, pair_counts};
 @if(!layered) import package::shaders::ambient::ambient_radiance_seen;
 @if(!layered) import package::shaders::occlusion::seen_at;
-@if(layered) import package::shaders::layered_ambient::{layered_ambient, transmitted_share};
+@if(layered) import package::gbuffer::Surface;
+@if(layered) import package::shaders::ambient::Seen;
+@if(layered) import package::shaders::brdf::Shading;
+@if(layered) import package::shaders::coarse_occlusion::seen_by_sample;
+@if(layered) import package::shaders::layered_ambient::{
+    layered_ambient, light_in_place, reflected_in_place, transmitted_share,
+};
 @if(layered) import package::shaders::layers::{below_coat, layer_sample, layered_roughness, set_layers};
 @if(layered) import package::shaders::transmission::{behind, seen_behind, shows_transmittance};
 import package::shaders::fog::{fogged, fog_transmittance};
@@ -35,6 +43,10 @@ import package::shaders::transparency::{ShadedTargets, is_let_through, is_peeled
 const LIGHTS_OF_CLUSTERS: u32 = 0u;
 const LIGHTS_OF_FIRST_BATCH: u32 = 1u;
 const LIGHTS_OF_LATER_BATCH: u32 = 2u;
+// Or in their place, where layers are drawn again: what the surface reflects of the picture, or light that surfaces of the
+// picture send it.
+const LIGHTS_OF_REFLECTIONS: u32 = 3u;
+const LIGHTS_OF_SURFACES: u32 = 4u;
 override lights_of: u32 = LIGHTS_OF_CLUSTERS;
 // 1 if the light that fog scatters before the surface is added, which blended surfaces alone do for themselves.
 override in_lit_fog: u32 = 0u;
@@ -45,6 +57,8 @@ override in_lit_fog: u32 = 0u;
 @if(layered) override transmissive: u32 = 0u;
 // 1 if surfaces that light comes through take the place of what is there, and do not blend with it.
 @if(layered) override replaces: u32 = 0u;
+// 1 if what was found in the picture lies in `behind`, which no opaque surface needs: WebGL 2 has no more textures.
+@if(layered) override takes_found: u32 = 0u;
 
 struct LightBatch {
     // The first light of the batch; the others are padding.
@@ -82,6 +96,24 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
 @if(layered) fn over_what_is_there(in: SurfaceVarying, of_surface: vec4f, alpha: f32) -> vec4f {
     let there = textureLoad(behind, vec2i(in.position_clip.xy), 0);
     return mix(there, of_surface, mix(1.0, clamp(alpha, 0.0, 1.0), material_factors.blended));
+}
+
+// What nothing hides of the environment, and what the picture shows in its place.
+@if(layered) fn layered_seen(in: SurfaceVarying, surface: Surface, shading: Shading) -> Seen {
+    let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
+    var seen = seen_by_sample(in.position_clip.xy, distance_m, surface, shading);
+    if takes_found != 0u {
+        seen.reflected = textureLoad(behind, vec2i(in.position_clip.xy), 0);
+    }
+    return seen;
+}
+
+// The difference that what was found in the picture makes.
+@if(layered) fn found_radiance(in: SurfaceVarying, surface: Surface, shading: Shading) -> vec3f {
+    if lights_of == LIGHTS_OF_SURFACES {
+        return light_in_place(surface, shading, textureLoad(behind, vec2i(in.position_clip.xy), 0));
+    }
+    return reflected_in_place(surface, shading, layered_seen(in, surface, shading));
 }
 
 fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sunk) -> ShadedTargets {
@@ -122,7 +154,7 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
         discard;
     }
     var radiance = vec3f(0.0);
-    if lights_of != LIGHTS_OF_LATER_BATCH {
+    if lights_of < LIGHTS_OF_LATER_BATCH {
         radiance = sample.emission * view.pre_exposure;
     }
     var coverage = 1.0;
@@ -141,9 +173,14 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
             set_layers(&shading, sample.surface, layers);
             radiance *= below_coat(shading.layers) * shading.layers.through;
         }
-        if lights_of != LIGHTS_OF_LATER_BATCH {
+        @if(layered) {
+            if lights_of >= LIGHTS_OF_REFLECTIONS {
+                radiance = found_radiance(in, sample.surface, shading);
+            }
+        }
+        if lights_of < LIGHTS_OF_LATER_BATCH {
             @if(layered) {
-                radiance += layered_ambient(sample.surface, shading);
+                radiance += layered_ambient(sample.surface, shading, layered_seen(in, sample.surface, shading));
             }
             @if(!layered) {
                 let seen = seen_at(vec2i(in.position_clip.xy), sample.surface, shading);
@@ -163,7 +200,7 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
         if lights_of == LIGHTS_OF_CLUSTERS {
             let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
             sums = light_sums(in.position_clip.xy, distance_m, in.position_world, shading);
-        } else {
+        } else if lights_of < LIGHTS_OF_REFLECTIONS {
             let first = light_batch.first.x;
             let object = object_id(in.object);
             sums = object_light_sums(object, first, LIGHTS_PER_BATCH, in.position_world, shading);
@@ -174,6 +211,11 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
         if shows_transmittance != 0u {
             let through = vec4f(transmittance.rgb * fog_transmittance(in.position_world), transmittance.a);
             return ShadedTargets(over_what_is_there(in, through, sample.alpha), vec4f(0.0));
+        }
+    }
+    @if(layered) {
+        if lights_of >= LIGHTS_OF_REFLECTIONS {
+            return ShadedTargets(vec4f(radiance, 0.0), vec4f(0.0));
         }
     }
     if counts_pairs != 0u {

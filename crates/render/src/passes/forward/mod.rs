@@ -2,16 +2,17 @@
 //! reflectance model, lights and lists as the deferred path.
 //!
 //! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front, or
-//! otherwise as `transparency.rs` says. Reads: lists of lights, the environment, depth, occlusion, the distances of the
-//! nearest surfaces that light comes through if it draws what lies on one side of them. Writes: radiance
-//! (premultiplied), and depth if opaque; or sums for a weighted mean; or, for the report, the numbers of pairs of light
-//! and fragment.
+//! otherwise as `transparency.rs` says. Reads: lists of lights, the environment, depth, occlusion, what the picture shows
+//! in the environment's place, the distances of the nearest surfaces that light comes through if it draws what lies on one
+//! side of them. Writes: radiance (premultiplied), and depth if opaque; or sums for a weighted mean; or, for the report,
+//! the numbers of pairs of light and fragment.
 
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::occlusion::Occlusion;
 use crate::record::{ADD, Recorder, SurfacePass, Which};
+use crate::screen_space::{FoundLight, InPicture};
 use crate::shader::program::ProgramError;
 use crate::transparency::{Blended, Peel, Side, Weighting};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
@@ -30,6 +31,9 @@ const LIGHTS_OF: &str = "lights_of";
 const DRAWS_AGAIN: &str = "draws_again";
 const FIRST_BATCH: u32 = 1;
 const LATER_BATCH: u32 = 2;
+/// In place of lights.
+const REFLECTIONS: u32 = 3;
+const SURFACES: u32 = 4;
 
 /// The depth that opaque surfaces are shaded with, one sample for each of their targets'.
 #[derive(Debug)]
@@ -79,10 +83,8 @@ pub fn record_batched(
     let mut radiance = radiance.begin(&mut pass);
     let depth = depth.begin(&mut pass);
     pass.constant(LIGHTS_OF, FIRST_BATCH);
-    pass.stand_in("behind");
-    Occlusion::bind(occlusion, &mut pass);
-    pass.uniform("light_batch", &LightBatch::default());
-    Weighting::default().bind(&mut pass, None);
+    InPicture { occlusion, reflections: None }.bind(&mut pass);
+    bind_opaque(&mut pass);
     pass.draw_opaque(Which::All)?;
     let most = view.most_lights(world);
     for first in (LIGHTS_PER_BATCH..most).step_by(LIGHTS_PER_BATCH as usize) {
@@ -93,17 +95,16 @@ pub fn record_batched(
         pass.depth_read_only(&depth);
         pass.blend(ADD);
         pass.constant(LIGHTS_OF, LATER_BATCH);
-        pass.stand_in("behind");
-        Occlusion::bind(None, &mut pass);
+        InPicture::default().bind(&mut pass);
         pass.constant(DRAWS_AGAIN, 1);
         pass.uniform("light_batch", &LightBatch { first: [first, 0, 0, 0] });
-        Weighting::default().bind(&mut pass, None);
+        pass.uniform("weighting", &Weighting::default());
         pass.draw_opaque_lit_by(first + 1)?;
     }
     Ok((radiance, depth))
 }
 
-/// Radiance and depth of all opaque and masked surfaces, those without layers less what `occlusion` says.
+/// Radiance and depth of all opaque and masked surfaces, less what `occlusion` says.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -117,10 +118,8 @@ pub fn record_opaque(
     let axes = r.view.light_axes();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
-    pass.stand_in("behind");
-    Occlusion::bind(occlusion, &mut pass);
-    pass.uniform("light_batch", &LightBatch::default());
-    Weighting::default().bind(&mut pass, None);
+    InPicture { occlusion, reflections: None }.bind(&mut pass);
+    bind_opaque(&mut pass);
     pass.axes(axes);
     let radiance = radiance.begin(&mut pass);
     let depth = depth.begin(&mut pass);
@@ -151,14 +150,21 @@ pub enum LayeredDepth {
     Missing(Handle),
 }
 
+/// What else passes find in group 1 that draw opaque surfaces, from the first of their lights on.
+fn bind_opaque(pass: &mut SurfacePass<'_, '_>) {
+    pass.uniform("light_batch", &LightBatch::default());
+    pass.uniform("weighting", &Weighting::default());
+}
+
 /// Shades opaque and masked surfaces that other passes leave alone, which are those with layers, over what is there of
-/// `radiance`; with `fog`, if no pass adds it later. Also gives depth.
+/// `radiance`, with what was `found` in the picture; with `fog`, if no pass adds it later. Also gives depth.
 ///
 /// # Errors
 /// A program that does not compile.
 pub fn record_layered(
     r: &mut Recorder<'_, '_>,
     fog: Option<&FogSettings>,
+    found: InPicture<'_>,
     radiance: Handle,
     depth: LayeredDepth,
 ) -> Result<(Handle, Handle), ProgramError> {
@@ -175,10 +181,8 @@ pub fn record_layered(
     let no_fog = FogSettings { mode: FogMode::None, ..FogSettings::default() };
     let fog = FogUniform::new(fog.unwrap_or(&no_fog), view.uniform.pre_exposure);
     let mut pass = r.surfaces("layered", "forward");
-    pass.stand_in("behind");
-    Occlusion::bind(None, &mut pass);
-    pass.uniform("light_batch", &LightBatch::default());
-    Weighting::default().bind(&mut pass, None);
+    found.bind(&mut pass);
+    bind_opaque(&mut pass);
     pass.axes(view.light_axes());
     let radiance = pass.color(radiance, ColorLoad::Keep);
     if view.counts_pairs() {
@@ -195,6 +199,54 @@ pub fn record_layered(
     };
     pass.draw_opaque(which)?;
     Ok((radiance, depth))
+}
+
+/// Draws again what [`record_layered`] does, and adds what it reflects of the picture in the place of the environment, once
+/// `found` is there, which has a texel for each pixel. `depth` is that of `radiance`.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_layered_reflections(
+    r: &mut Recorder<'_, '_>,
+    found: InPicture<'_>,
+    depth: &Handle,
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    let mut pass = r.surfaces("layered.reflections", "forward");
+    found.bind(&mut pass);
+    bind_opaque(&mut pass);
+    pass.constant(LIGHTS_OF, REFLECTIONS);
+    add_layered(pass, depth, radiance)
+}
+
+/// The same of light that surfaces of the picture send them.
+///
+/// # Errors
+/// A program that does not compile.
+pub fn record_layered_light(
+    r: &mut Recorder<'_, '_>,
+    found: &FoundLight,
+    depth: &Handle,
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    let mut pass = r.surfaces("layered.gi", "forward");
+    found.bind(&mut pass);
+    bind_opaque(&mut pass);
+    pass.constant(LIGHTS_OF, SURFACES);
+    add_layered(pass, depth, radiance)
+}
+
+/// Adds what the pass draws where surfaces with layers are.
+fn add_layered(mut pass: SurfacePass<'_, '_>, depth: &Handle, radiance: Handle) -> Result<Handle, ProgramError> {
+    // What is added lies below fog.
+    let no_fog = FogSettings { mode: FogMode::None, ..FogSettings::default() };
+    pass.uniform("fog", &FogUniform::new(&no_fog, 1.0));
+    pass.constant(DRAWS_AGAIN, 1);
+    pass.blend(ADD);
+    let radiance = pass.color(radiance, ColorLoad::Keep);
+    pass.depth_read_only(depth);
+    pass.draw_opaque(Which::ShadedWhereDrawn)?;
+    Ok(radiance)
 }
 
 /// What is seen through surfaces that light comes through.
@@ -242,7 +294,7 @@ pub fn record_transmittance(
     pass.constant("shows_transmittance", 1);
     pass.constant(DRAWS_AGAIN, 1);
     pass.read("behind", behind);
-    Occlusion::bind(None, &mut pass);
+    Occlusion::bind_none(&mut pass);
     let transmittance = pass.color(transmittance, ColorLoad::Keep);
     pass.depth_read_only(depth);
     pass.uniform("fog", &fog);
@@ -278,7 +330,7 @@ pub fn record_transmissive(
     } else {
         pass.stand_in("behind");
     }
-    Occlusion::bind(None, &mut pass);
+    Occlusion::bind_none(&mut pass);
     let radiance = pass.color(radiance, ColorLoad::Keep);
     let depth = pass.depth(depth, DepthLoad::Keep);
     if replaces {
@@ -311,7 +363,7 @@ pub fn record_blended(
     let is_behind = peel.is_some_and(|peel| peel.side == Side::Behind);
     let mut pass = r.surfaces(if is_behind { "forward.behind" } else { "forward" }, "forward");
     pass.stand_in("behind");
-    Occlusion::bind(None, &mut pass);
+    Occlusion::bind_none(&mut pass);
     pass.uniform("light_batch", &LightBatch::default());
     weighting.bind(&mut pass, peel);
     pass.axes(view.light_axes());

@@ -1,14 +1,16 @@
 // gi.compose: what surfaces reflect diffusely of the light that was found, by the same shares as of the environment's;
 // of a smaller picture by `shaders/bilateral.wgsl`. With `takes_environment` it takes the place of the environment's
 // light from the same directions, which nothing else has taken away.
-// Reads: found_light, G-buffer, linear_depth, the environment. Writes: the difference, to be added to radiance.
+// With `only_found` it is drawn as gi.upsample: what was found of each pixel, for surfaces that are shaded where they
+// are drawn.
+// Reads: found_light, G-buffer, linear_depth, the environment. Writes: the difference, to be added to radiance; or light.
 // Program: gi_compose.
 
 import package::view::position_world_from_pixel;
 import package::constants::{DISTANCE_BACKGROUND_M, RADIANCE_MAX};
 import package::gbuffer::{diffuse_environment_share, is_lit_deferred};
 import package::passes::gi::gathered::{LIKENESS_REACH, patterned, side};
-import package::shaders::ambient::mirrored_albedo;
+import package::shaders::ambient::{LEFT_SHARE, mirrored_albedo};
 import package::shaders::bilateral::upsampled;
 import package::shaders::brdf::PI;
 import package::shaders::colour::half_float_clamped;
@@ -21,9 +23,7 @@ import package::shaders::shaded_place::shading_at;
 
 // 1 if no occlusion takes the environment's light away.
 override takes_environment: u32 = 0u;
-
-// Radiance is rounded to half floats: so much is left of what is taken away, that nothing is below 0.
-const LEFT_SHARE: f32 = 0.002;
+override only_found: u32 = 0u;
 
 fn found_at(position_px: vec2f, pixel: vec2i, distance_m: f32) -> vec4f {
     if side == 1u && patterned == 0u {
@@ -39,11 +39,17 @@ fn found_at(position_px: vec2f, pixel: vec2i, distance_m: f32) -> vec4f {
 fn fs_gi_compose(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
     let distance_m = distance_at(pixel);
-    let surface = surface_at(pixel);
-    if distance_m >= DISTANCE_BACKGROUND_M || !is_lit_deferred(surface) {
+    if distance_m >= DISTANCE_BACKGROUND_M {
         return vec4f(0.0);
     }
     let found = found_at(position.xy, pixel, distance_m);
+    if only_found != 0u {
+        return found;
+    }
+    let surface = surface_at(pixel);
+    if !is_lit_deferred(surface) {
+        return vec4f(0.0);
+    }
     let position_world = position_world_from_pixel(position.xy, distance_m);
     let shading = shading_at(surface, position_world);
     let share = diffuse_environment_share(surface) * surface.occlusion;

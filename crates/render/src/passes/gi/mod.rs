@@ -4,7 +4,8 @@
 //! Image Space"), by horizons (Mayaux 2018, "Horizon-Based Indirect Lighting"); what differs from them stands in
 //! `gather.wgsl`. Each sample of a still looks in other directions, so that their mean converges; the noise of less
 //! than 64 is a pattern of 4 × 4 texels, which `gi.filter` takes out. `gi.compose` adds what surfaces reflect of it, in
-//! place of the environment's light from the same directions, which occlusion took away where there is one.
+//! place of the environment's light from the same directions, which occlusion took away where there is one; surfaces that
+//! are shaded where they are drawn do that themselves.
 //! Reads: G-buffer, linear_depth, radiance. Writes: radiance.
 
 mod settings;
@@ -14,9 +15,10 @@ pub use settings::GiSettings;
 use crate::constants::RADIANCE_MAX;
 use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::occlusion::Occlusion;
-use crate::record::{ADD, PicturePart, Recorder};
+use crate::record::{ADD, Fullscreen, PicturePart, Recorder};
 use crate::resolution::Resolution;
-use crate::shader::program::ProgramError;
+use crate::screen_space::FoundLight;
+use crate::shader::program::{Constant, ProgramError};
 use manypass_graph::{ColorLoad, Handle};
 use manypass_scene::Aabb;
 
@@ -65,7 +67,8 @@ pub fn without_bounces(settings: &GiSettings, occlusion: Occlusion) -> Occlusion
 }
 
 /// Records the passes, if the settings ask for them. `is_occluded` says whether the environment's light is taken away
-/// where surfaces hide it from each other.
+/// where surfaces hide it from each other. Also gives what was found of each pixel, if the picture shows surfaces that are
+/// shaded where they are drawn, to which it is still to be added.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -76,9 +79,9 @@ pub fn record(
     is_occluded: bool,
     depth: &Handle,
     radiance: Handle,
-) -> Result<Handle, ProgramError> {
+) -> Result<(Handle, Option<FoundLight>), ProgramError> {
     if !settings.enabled || r.view.counts_pairs() {
-        return Ok(radiance);
+        return Ok((radiance, None));
     }
     let is_filtered = r.view.shows_few_samples() || r.view.sample_count < UNFILTERED_SAMPLES;
     let of_few = settings.resolution != Resolution::Full;
@@ -102,10 +105,37 @@ pub fn record(
         found = step.draw_into(target, NOTHING)?;
     }
     let takes_environment = !is_occluded && !r.view.is_environment_dark;
-    let step = gbuffer.read_by(r.fullscreen("gi.compose", "gi_compose", &[])).constants(&constants);
-    let step = step.constant("takes_environment", u32::from(takes_environment)).uniform("gi", &uniform);
-    let step = step.read("found_light", &found).over(PicturePart::Lit, depth);
-    step.blend(ADD).draw_into(radiance, ColorLoad::Keep)
+    let constants = [constants[0], constants[1], ("takes_environment", u32::from(takes_environment))];
+    let composing = Composing { gbuffer, found: &found, depth, constants, uniform };
+    let radiance = composing.step(r, "gi.compose").blend(ADD).draw_into(radiance, ColorLoad::Keep)?;
+    if !r.shows_shaded_where_drawn() {
+        return Ok((radiance, None));
+    }
+    let texture = if of_few || is_filtered {
+        let target = r.texture("gi.upsample", RADIANCE);
+        composing.step(r, "gi.upsample").constant("only_found", 1).draw_into(target, NOTHING)?
+    } else {
+        found
+    };
+    Ok((radiance, Some(FoundLight { texture, takes_environment })))
+}
+
+/// What `gi_compose` is drawn with.
+struct Composing<'h> {
+    gbuffer: &'h Gbuffer,
+    found: &'h Handle,
+    depth: &'h Handle,
+    constants: [Constant; 3],
+    uniform: GiUniform,
+}
+
+impl Composing<'_> {
+    /// It under the name `name`.
+    fn step<'r, 'f>(&self, r: &'r mut Recorder<'_, 'f>, name: &'static str) -> Fullscreen<'r, 'f> {
+        let step = self.gbuffer.read_by(r.fullscreen(name, "gi_compose", &[]));
+        let step = step.constants(&self.constants).uniform("gi", &self.uniform).read("found_light", self.found);
+        step.over(PicturePart::Lit, self.depth)
+    }
 }
 
 #[cfg(test)]

@@ -7,15 +7,12 @@
 import package::view::position_world_from_pixel;
 import package::constants::{DISTANCE_BACKGROUND_M, RADIANCE_MAX};
 import package::gbuffer::is_lit_deferred;
-import package::shaders::ambient::mirrored_environment;
+import package::shaders::ambient::{LEFT_SHARE, mirrored_environment};
 import package::shaders::coarse_occlusion::seen_by_sample;
 import package::shaders::coarse_reflections::reflected_at;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, normal_world_at};
 import package::shaders::shaded_place::shading_at;
-
-// Radiance is rounded to half floats: so much is left of what is taken away, that nothing is below 0.
-const LEFT_SHARE: f32 = 0.002;
 
 @fragment
 fn fs_reflections_compose(@builtin(position) position: vec4f) -> @location(0) vec4f {

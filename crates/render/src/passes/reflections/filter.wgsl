@@ -14,6 +14,7 @@ import package::shaders::coarse_reflections::LIKENESS_REACH;
 import package::shaders::gbuffer_textures::{distance_at, surface_at};
 import package::shaders::samplers::nearest_clamp;
 import package::shaders::screen_space::{likeness_to, tangent_plane_at};
+import package::shaders::traced_lobe::traced_roughness;
 
 @group(1) @binding(5) var noisy_reflections: texture_2d<f32>;
 
@@ -43,7 +44,7 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
     if distance_m >= DISTANCE_BACKGROUND_M {
         return own;
     }
-    let rough = smoothstep(0.0, FILTERED_ROUGHNESS, surface_at(pixel).roughness_perceptual);
+    let rough = smoothstep(0.0, FILTERED_ROUGHNESS, traced_roughness(surface_at(pixel)));
     let plane = tangent_plane_at(pixel, distance_m);
     var sum = vec4f(0.0);
     var weights = 0.0;

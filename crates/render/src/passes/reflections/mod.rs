@@ -4,7 +4,8 @@
 //! distances (Uludag 2014, "Hi-Z Screen-Space Cone-Traced Reflections"), to visible normals of GGX (Heitz 2018); what
 //! differs from them stands in `trace.wgsl`. Each sample of a still has another ray, so that their mean converges; that
 //! of few samples is a pattern of 4 × 4 texels, which `reflections.filter` takes out. `reflections.compose` puts what
-//! was found in the place of the environment's specular light, of the same surface and with the same shares.
+//! was found in the place of the environment's specular light, of the same surface and with the same shares; surfaces that
+//! are shaded where they are drawn do that themselves.
 //! Reads: G-buffer, linear_depth, occlusion, radiance. Writes: radiance.
 
 mod settings;
@@ -143,12 +144,13 @@ enum Keeping {
 impl Kept {
     /// What there is of earlier samples.
     pub fn new(r: &mut Recorder<'_, '_>, settings: &ReflectionSettings) -> Self {
+        let roughness_max = settings.roughness_max;
         let kept = match r.view.whole_samples.filter(|_| is_needed(r, settings)) {
             None => Keeping::Nothing,
             Some(whole) => {
                 let mean = r.history("reflections.mean", r.view.desc(RADIANCE));
                 if !mean.is_first && r.view.uniform.sample_index >= whole {
-                    Keeping::Found(Reflections { texture: mean.previous, side_px: 1 })
+                    Keeping::Found(Reflections { texture: mean.previous, side_px: 1, roughness_max })
                 } else {
                     Keeping::Mean(mean, whole)
                 }
@@ -166,7 +168,8 @@ impl Kept {
     }
 }
 
-/// Records the passes, if the settings ask for them. `radiance` is what is added to.
+/// Records the passes, if the settings ask for them. `radiance` is what is added to. Also gives what was found of each
+/// pixel, if the picture shows surfaces that are shaded where they are drawn, to which it is still to be added.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -175,9 +178,9 @@ pub fn record(
     settings: &ReflectionSettings,
     (seen, kept): (Seen<'_>, Kept),
     radiance: Handle,
-) -> Result<Handle, ProgramError> {
+) -> Result<(Handle, Option<Reflections>), ProgramError> {
     if !is_needed(r, settings) || kept.found().is_some() {
-        return Ok(radiance);
+        return Ok((radiance, None));
     }
     let met = seen.radiance.unwrap_or(&radiance);
     let found = match kept.kept {
@@ -185,7 +188,21 @@ pub fn record(
         Keeping::Mean(mean, whole) => record_mean(r, settings, (seen, met), (mean, whole))?,
         Keeping::Found(found) => found,
     };
-    record_composed(r, "reflections.compose", seen, &found, radiance)
+    let radiance = record_composed(r, "reflections.compose", seen, &found, radiance)?;
+    let of_pixels = r.shows_shaded_where_drawn().then(|| record_upsampled(r, seen, found)).transpose()?;
+    Ok((radiance, of_pixels))
+}
+
+/// What was found of each pixel.
+fn record_upsampled(r: &mut Recorder<'_, '_>, seen: Seen<'_>, found: Reflections) -> Result<Reflections, ProgramError> {
+    if found.side_px == 1 {
+        return Ok(found);
+    }
+    let target = r.texture("reflections.upsample", RADIANCE);
+    let step = seen.gbuffer.read_by(r.fullscreen("reflections.upsample", "reflections_keep", &[]));
+    let step = Reflections::read_by(Some(&found), step).constant("takes_mean", 0).stand_in("previous_reflections");
+    let texture = step.draw_into(target, ColorLoad::Discard)?;
+    Ok(Reflections { texture, side_px: 1, ..found })
 }
 
 /// Puts what was found in the place of the environment's specular light, under the name `name`.
@@ -248,6 +265,7 @@ impl<'s> Tracing<'s> {
     /// Follows rays, and draws what they bring.
     fn record(&self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, met: &Handle) -> Result<Reflections, ProgramError> {
         let Self { settings, desc, side_px, is_filtered, .. } = *self;
+        let roughness_max = settings.roughness_max;
         let target = r.texture_of(if is_filtered { "reflections.filter" } else { "reflections" }, desc);
         let pyramid = record_pyramid(r, &seen.gbuffer.linear_depth)?;
         let coarse_radiance = record_coarse_radiance(r, met)?;
@@ -273,9 +291,10 @@ impl<'s> Tracing<'s> {
             None => step.stand_in("mirrored"),
         };
         let found = of_lit(step, noisy)?;
-        let Some(target) = filtered else { return Ok(Reflections { texture: found, side_px }) };
+        let Some(target) = filtered else { return Ok(Reflections { texture: found, side_px, roughness_max }) };
         let step = seen.gbuffer.read_by(r.fullscreen("reflections.filter", "reflections_filter", &[]));
-        Ok(Reflections { texture: of_lit(step.read("noisy_reflections", &found), target)?, side_px })
+        let texture = of_lit(step.read("noisy_reflections", &found), target)?;
+        Ok(Reflections { texture, side_px, roughness_max })
     }
 }
 

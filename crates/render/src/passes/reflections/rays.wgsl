@@ -22,12 +22,3 @@ override side: u32 = 1u;
 // 1 if the noise is that of a pattern of 4 × 4 texels, over which a filter takes the mean; else every texel has its
 // own.
 override patterned: u32 = 0u;
-
-// Of the greatest roughness: over so much of it reflections fade out.
-const ROUGHNESS_FADE: f32 = 0.2;
-
-// How much a surface reflects the picture, by its perceptual roughness.
-fn share_of_roughness(roughness: f32) -> f32 {
-    let fade = max(ROUGHNESS_FADE * reflections.roughness_max, 1e-6);
-    return clamp((reflections.roughness_max - roughness) / fade, 0.0, 1.0);
-}

@@ -14,8 +14,7 @@
 
 import package::view::{view, pixel_from_position_view, position_view_from_pixel};
 import package::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
-import package::gbuffer::is_lit_deferred;
-import package::passes::reflections::rays::{patterned, reflections, share_of_roughness, side};
+import package::passes::reflections::rays::{patterned, reflections, side};
 import package::shaders::coarse::pixel_of_texel;
 import package::shaders::coarse_reflections::LIKENESS_REACH;
 import package::shaders::gbuffer_textures::{normal_world_at, surface_at};
@@ -26,6 +25,7 @@ import package::shaders::screen_space::{
     tangents_of,
 };
 import package::shaders::shading::linear_clamp;
+import package::shaders::traced_lobe::{is_traced, share_of_roughness, traced_roughness};
 import package::shaders::visible_normals::{reflected_likelihood, visible_normal};
 
 @group(1) @binding(5) var nearest_distances: texture_2d<f32>;
@@ -214,8 +214,9 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let pixel = pixel_of_texel(vec2i(position.xy), i32(side));
     let surface = surface_at(pixel);
     let center = center_at(pixel);
-    var share = share_of_roughness(surface.roughness_perceptual);
-    if !center.is_surface || share <= 0.0 || !is_lit_deferred(surface) {
+    let roughness = traced_roughness(surface);
+    var share = share_of_roughness(roughness, reflections.roughness_max);
+    if !center.is_surface || share <= 0.0 || !is_traced(surface) {
         return vec4f(0.0);
     }
     if has_mirrors != 0u {
@@ -223,7 +224,7 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
             return vec4f(0.0);
         }
     }
-    let alpha = surface.roughness_perceptual * surface.roughness_perceptual;
+    let alpha = roughness * roughness;
     let ray = reflected_ray(center, alpha, noise_at(position.xy));
     let direction = ray.direction;
     let facet_world = facet_normal_at(pixel, -center.position.z, surface.normal_world);

@@ -15,6 +15,7 @@ use super::bind_groups::Resource;
 use super::{Frame, PreparedView};
 use crate::draws::{Draw, WorldDraws, object_id};
 use crate::levels::faded_id;
+use crate::resources::layers::SHADED_WHERE_DRAWN;
 use crate::shader::program::ProgramError;
 use bundles::PassKey;
 use bytemuck::Pod;
@@ -140,6 +141,12 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     pub fn read(&mut self, name: &'static str, handle: &Handle) {
         let read = self.pass.read(handle);
         self.reads.push((name, read));
+    }
+
+    /// The same under each of `names`, of which every program of the pass declares its own.
+    pub fn read_under(&mut self, names: &[&'static str], handle: &Handle) {
+        let read = self.pass.read(handle);
+        self.reads.extend(names.iter().map(|name| (*name, read)));
     }
 
     /// The shader's constants keep it from looking at its texture `name`, but something has to be bound: a white texel.
@@ -286,6 +293,12 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         });
         Ok(())
     }
+}
+
+/// Whether some of the view's opaque and masked surfaces have materials with more than the G-buffer holds.
+pub(super) fn shows_shaded_where_drawn(view: &PreparedView, world: &WorldDraws) -> bool {
+    let is_one = |draw: &Draw| world.items[draw.item as usize].layers_in(draw.form.surface) & SHADED_WHERE_DRAWN != 0;
+    world.is_shaded_where_drawn && view.draws.opaque.iter().any(is_one)
 }
 
 /// Those of `draws` that are at a level of detail; what has no levels is at the finest.
