@@ -75,7 +75,7 @@ impl Occlusion {
         pass.read_under(&[NAME, NAME_WITH_LAYERS], &found.texture);
     }
 
-    /// The same of a pass that draws surfaces which are not occluded, and have [`NAME_WITH_LAYERS`] for what else it is.
+    /// The same of a pass that draws surfaces which are not occluded, and that binds `nearest_m` for what else it is.
     pub fn bind_none(pass: &mut SurfacePass<'_, '_>) {
         pass.uniform("coarse_occlusion", &CoarseOcclusion::of(None).0);
         pass.stand_in(NAME);

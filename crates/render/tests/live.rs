@@ -227,7 +227,8 @@ fn edits() -> Vec<Edit> {
                 let coat = studio.scene.materials[1].clearcoat.as_mut().unwrap();
                 coat.roughness.factor = 0.6;
             },
-            LAYER_BYTES,
+            // The G-buffer tells rays how rough it is.
+            MATERIAL_BYTES + LAYER_BYTES,
         ),
         ("takes the coat away", |studio| studio.scene.materials[1].clearcoat = None, MATERIAL_BYTES + REORDERED),
         (

@@ -127,8 +127,8 @@ fn values_of(name: &str) -> std::ops::RangeInclusive<u32> {
     match name {
         "curve" => 0..=5,
         "shown" => 0..=8,
-        "blending" | "lights_of" | "reflectance_model" | "sun_count" | "directed_light" => 0..=2,
-        "probe_grids" => 0..=4,
+        "blending" | "reflectance_model" | "sun_count" | "directed_light" => 0..=2,
+        "probe_grids" | "lights_of" => 0..=4,
         "light_classes" => 0..=63,
         "side" => 1..=4,
         // Eight bits.

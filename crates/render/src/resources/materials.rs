@@ -432,6 +432,24 @@ impl Described {
 mod tests {
     use super::*;
     use crate::shader::layout::assert_same_layout;
+    use manypass_scene::Mapped;
+    use manypass_scene::material::Clearcoat;
+
+    #[test]
+    fn a_byte_of_the_gbuffer_tells_how_rough_a_coat_is() {
+        for roughness in [0.0, 0.1, 0.37, 0.5, 1.0] {
+            let coat = Clearcoat { weight: Mapped::new(1.0), roughness: Mapped::new(roughness), ..Clearcoat::default() };
+            let material = Material { clearcoat: Some(coat), ..Material::default() };
+            let byte = (shading_model_of(&material, LAYER_CLEARCOAT) * 255.0).round() / 255.0;
+            let range = SHADING_MODEL_COATED_ROUGH - SHADING_MODEL_COATED_SMOOTH;
+            assert!(((byte - SHADING_MODEL_COATED_SMOOTH) / range - roughness).abs() < 0.01, "{roughness}: {byte}");
+            assert!(is_shaded_where_drawn(byte) && byte > SHADING_MODEL_FORWARD);
+        }
+        let plain = Material::default();
+        assert_eq!(shading_model_of(&plain, LAYER_CLEARCOAT), SHADING_MODEL_FORWARD);
+        assert_eq!(shading_model_of(&plain, LAYER_GLOSSINESS), SHADING_MODEL_UNTRACED);
+        assert_eq!(shading_model_of(&plain, 0), SHADING_MODEL_STANDARD);
+    }
 
     #[test]
     fn the_uniform_has_one_layout() {

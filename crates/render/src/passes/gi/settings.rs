@@ -8,8 +8,7 @@ settings! {
     /// illumination in screen space, of one bounce.
     pub struct GiSettings {
         /// Whether opaque surfaces light each other diffusely, in place of the environment from the same directions.
-        /// Glass, materials with layers, and light and surfaces beyond the picture have no part in it; stills draw all
-        /// samples of all pixels.
+        /// Glass, and light and surfaces beyond the picture have no part in it; stills draw all samples of all pixels.
         enabled: bool = false, needs "render.path=deferred";
         /// How far light comes; what lies in the last quarter fades out. 0 for a quarter of the diagonal of all that is
         /// drawn.

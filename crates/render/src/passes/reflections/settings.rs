@@ -7,7 +7,7 @@ settings! {
     /// Settings of reflections of the picture.
     pub struct ReflectionSettings {
         /// Whether opaque surfaces reflect each other, as far as the picture shows them, in place of the environment
-        /// behind. Materials with layers and glass do not; stills draw all samples of all pixels.
+        /// behind. Glass does not; stills draw all samples of all pixels.
         enabled: Switch = Switch::Auto;
         /// The roughest surfaces that reflect the picture; over the last fifth below it that fades out.
         roughness_max: f32 = 0.5, in 0.0..=1.0, unit "perceptual roughness", needs "reflections.enabled=true";
