@@ -63,7 +63,7 @@ impl Occlusion {
         }
     }
 
-    /// The same of a pass that draws opaque surfaces. Those without layers take what the sample found itself.
+    /// The same of a pass that draws opaque surfaces.
     pub fn bind(found: Option<&Self>, pass: &mut SurfacePass<'_, '_>) {
         let (uniform, side) = CoarseOcclusion::of(found);
         pass.uniform("coarse_occlusion", &uniform);

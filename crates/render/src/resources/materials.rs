@@ -438,7 +438,8 @@ mod tests {
     #[test]
     fn a_byte_of_the_gbuffer_tells_how_rough_a_coat_is() {
         for roughness in [0.0, 0.1, 0.37, 0.5, 1.0] {
-            let coat = Clearcoat { weight: Mapped::new(1.0), roughness: Mapped::new(roughness), ..Clearcoat::default() };
+            let coat =
+                Clearcoat { weight: Mapped::new(1.0), roughness: Mapped::new(roughness), ..Clearcoat::default() };
             let material = Material { clearcoat: Some(coat), ..Material::default() };
             let byte = (shading_model_of(&material, LAYER_CLEARCOAT) * 255.0).round() / 255.0;
             let range = SHADING_MODEL_COATED_ROUGH - SHADING_MODEL_COATED_SMOOTH;

@@ -8,7 +8,7 @@
 // Program: forward, also for points, also with layers, also with relief. Axes: textures, skins.
 
 import package::view::view;
-import package::gbuffer::SHADING_MODEL_UNLIT;
+import package::gbuffer::{SHADING_MODEL_UNLIT, Surface};
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, masked, object_id, surface_varying};
 import package::shaders::level_fade::{fades, is_faded};
 import package::shaders::mask::mask_coverage;
@@ -19,12 +19,10 @@ import package::shaders::shadows::shadowed;
 import package::constants::LIGHTS_PER_BATCH;
 import package::shaders::light_lists::{light_sums, object_light_sums};
 import package::shaders::lights::{LightSums, counts_pairs, pair_counts};
+import package::shaders::ambient::Seen;
+import package::shaders::brdf::Shading;
+import package::shaders::coarse_occlusion::seen_by_sample;
 @if(!layered) import package::shaders::ambient::ambient_radiance_seen;
-@if(!layered) import package::shaders::occlusion::seen_at;
-@if(layered) import package::gbuffer::Surface;
-@if(layered) import package::shaders::ambient::Seen;
-@if(layered) import package::shaders::brdf::Shading;
-@if(layered) import package::shaders::coarse_occlusion::seen_by_sample;
 @if(layered) import package::shaders::layered_ambient::{
     layered_ambient, light_in_place, reflected_in_place, transmitted_share,
 };
@@ -99,11 +97,13 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
 }
 
 // What nothing hides of the environment, and what the picture shows in its place.
-@if(layered) fn layered_seen(in: SurfaceVarying, surface: Surface, shading: Shading) -> Seen {
+fn seen_of_surface(in: SurfaceVarying, surface: Surface, shading: Shading) -> Seen {
     let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
     var seen = seen_by_sample(in.position_clip.xy, distance_m, surface, shading);
-    if takes_found != 0u {
-        seen.reflected = textureLoad(behind, vec2i(in.position_clip.xy), 0);
+    @if(layered) {
+        if takes_found != 0u {
+            seen.reflected = textureLoad(behind, vec2i(in.position_clip.xy), 0);
+        }
     }
     return seen;
 }
@@ -113,7 +113,7 @@ fn fs_forward(in: SurfaceVarying, @builtin(front_facing) front_facing: bool) -> 
     if lights_of == LIGHTS_OF_SURFACES {
         return light_in_place(surface, shading, textureLoad(behind, vec2i(in.position_clip.xy), 0));
     }
-    return reflected_in_place(surface, shading, layered_seen(in, surface, shading));
+    return reflected_in_place(surface, shading, seen_of_surface(in, surface, shading));
 }
 
 fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sunk) -> ShadedTargets {
@@ -179,11 +179,11 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
             }
         }
         if lights_of < LIGHTS_OF_LATER_BATCH {
+            let seen = seen_of_surface(in, sample.surface, shading);
             @if(layered) {
-                radiance += layered_ambient(sample.surface, shading, layered_seen(in, sample.surface, shading));
+                radiance += layered_ambient(sample.surface, shading, seen);
             }
             @if(!layered) {
-                let seen = seen_at(vec2i(in.position_clip.xy), sample.surface, shading);
                 radiance += ambient_radiance_seen(sample.surface, shading, seen);
             }
             @if(layered) {
@@ -213,10 +213,8 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
             return ShadedTargets(over_what_is_there(in, through, sample.alpha), vec4f(0.0));
         }
     }
-    @if(layered) {
-        if lights_of >= LIGHTS_OF_REFLECTIONS {
-            return ShadedTargets(vec4f(radiance, 0.0), vec4f(0.0));
-        }
+    if lights_of >= LIGHTS_OF_REFLECTIONS {
+        return ShadedTargets(vec4f(radiance, 0.0), vec4f(0.0));
     }
     if counts_pairs != 0u {
         return ShadedTargets(pair_counts(sums), vec4f(0.0));
