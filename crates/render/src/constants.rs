@@ -21,8 +21,8 @@ shared_constants! {
     /// It survives every comparison and every product with a weight up to 1.
     DISTANCE_BACKGROUND_M: f32 = 3.0e38;
 
-    /// Shading models of the G-buffer beside those of `gbuffer.wgsl`, of surfaces that are shaded where they are drawn: one
-    /// whose roughness a map of glossiness tells, which the G-buffer does not know.
+    /// Shading models of the G-buffer beside those of `gbuffer.wgsl`, of surfaces that are shaded where they are drawn:
+    /// one whose roughness a map of glossiness tells, which the G-buffer does not know.
     SHADING_MODEL_UNTRACED: f32 = 80.0 / 255.0;
     /// One with a clear coat that is smooth; the rougher the coat, the greater, up to the next.
     SHADING_MODEL_COATED_SMOOTH: f32 = 129.0 / 255.0;

@@ -56,8 +56,8 @@ pub struct InPicture<'h> {
 }
 
 impl InPicture<'_> {
-    /// The same of a pass that draws opaque surfaces, and of reflections whose texels are those of pixels. Only those with
-    /// layers reflect, and find it in the texture in which glass has what is seen through it: WebGL 2 has no more.
+    /// The same of a pass that draws opaque surfaces, and of reflections whose texels are those of pixels. Only those
+    /// with layers reflect, and find it in the texture in which glass has what is seen through it: WebGL 2 has no more.
     pub fn bind(self, pass: &mut SurfacePass<'_, '_>) {
         Occlusion::bind(self.occlusion, pass);
         let Some(found) = self.reflections else { return pass.stand_in(FOUND_WITH_LAYERS) };

@@ -91,7 +91,8 @@ struct Seen {
     reflected: vec4f,
 }
 
-// Radiance is rounded to half floats: so much is left of what something else takes the place of, that nothing is below 0.
+// Radiance is rounded to half floats: so much is left of what something else takes the place of, that nothing is below
+// 0.
 const LEFT_SHARE: f32 = 0.002;
 
 // Where nothing is hidden.

@@ -1,5 +1,5 @@
-// Light from the environment on a surface with layers, what is found in the picture in its place, and what is seen through
-// the surface.
+// Light from the environment on a surface with layers, what is found in the picture in its place, and what is seen
+// through the surface.
 
 import package::gbuffer::Surface;
 import package::constants::{
@@ -189,8 +189,8 @@ fn reflected_in_place(surface: Surface, shading: Shading, seen: Seen) -> vec3f {
 // 1 if light that surfaces send each other takes the place of the environment's, which no occlusion takes away.
 override takes_environment: u32 = 0u;
 
-// The difference that light makes which surfaces send each other: its radiance times the share of directions from which it
-// comes, and that share.
+// The difference that light makes which surfaces send each other: its radiance times the share of directions from which
+// it comes, and that share.
 fn light_in_place(surface: Surface, shading: Shading, found: vec4f) -> vec3f {
     let shares = layered_shares(surface, shading);
     var taken = vec3f(0.0);

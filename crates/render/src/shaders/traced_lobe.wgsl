@@ -1,5 +1,5 @@
-// What rays of `reflections` follow of a surface: of its lobes the one that mirrors most sharply, which may be that of a
-// clear coat; and how much of what they bring a lobe of a roughness shows.
+// What rays of `reflections` follow of a surface: of its lobes the one that mirrors most sharply, which may be that of
+// a clear coat; and how much of what they bring a lobe of a roughness shows.
 
 import package::gbuffer::Surface;
 import package::constants::{SHADING_MODEL_COATED_ROUGH, SHADING_MODEL_COATED_SMOOTH, SHADING_MODEL_UNTRACED};

@@ -1,8 +1,8 @@
 // forward: surfaces shaded where they are drawn: blended ones, and with `--path forward` all of them. The same
 // reflectance model, lights and lists as the deferred path.
 // With `forward-batched` it is drawn once for each eight lights that reach its object (`light_batch`).
-// Surfaces with layers are drawn again for what the picture shows in the place of the environment's light, once what they
-// send themselves is known (`layered.reflections`, `layered.gi`).
+// Surfaces with layers are drawn again for what the picture shows in the place of the environment's light, once what
+// they send themselves is known (`layered.reflections`, `layered.gi`).
 // Reads: the tables of lights and clusters, the environment, occlusion, what was found in the picture. Writes: radiance
 // (premultiplied), depth if opaque; with `counts_pairs` the numbers of pairs in place of radiance; or a difference.
 // Program: forward, also for points, also with layers, also with relief. Axes: textures, skins.
@@ -41,8 +41,8 @@ import package::shaders::transparency::{ShadedTargets, is_let_through, is_peeled
 const LIGHTS_OF_CLUSTERS: u32 = 0u;
 const LIGHTS_OF_FIRST_BATCH: u32 = 1u;
 const LIGHTS_OF_LATER_BATCH: u32 = 2u;
-// Or in their place, where layers are drawn again: what the surface reflects of the picture, or light that surfaces of the
-// picture send it.
+// Or in their place, where layers are drawn again: what the surface reflects of the picture, or light that surfaces of
+// the picture send it.
 const LIGHTS_OF_REFLECTIONS: u32 = 3u;
 const LIGHTS_OF_SURFACES: u32 = 4u;
 override lights_of: u32 = LIGHTS_OF_CLUSTERS;

@@ -2,10 +2,10 @@
 //! reflectance model, lights and lists as the deferred path.
 //!
 //! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front, or
-//! otherwise as `transparency.rs` says. Reads: lists of lights, the environment, depth, occlusion, what the picture shows
-//! in the environment's place, the distances of the nearest surfaces that light comes through if it draws what lies on one
-//! side of them. Writes: radiance (premultiplied), and depth if opaque; or sums for a weighted mean; or, for the report,
-//! the numbers of pairs of light and fragment.
+//! otherwise as `transparency.rs` says. Reads: lists of lights, the environment, depth, occlusion, what the picture
+//! shows in the environment's place, the distances of the nearest surfaces that light comes through if it draws what
+//! lies on one side of them. Writes: radiance (premultiplied), and depth if opaque; or sums for a weighted mean; or,
+//! for the report, the numbers of pairs of light and fragment.
 
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
@@ -201,8 +201,8 @@ pub fn record_layered(
     Ok((radiance, depth))
 }
 
-/// Draws again what [`record_layered`] does, and adds what it reflects of the picture in the place of the environment, once
-/// `found` is there, which has a texel for each pixel. `depth` is that of `radiance`.
+/// Draws again what [`record_layered`] does, and adds what it reflects of the picture in the place of the environment,
+/// once `found` is there, which has a texel for each pixel. `depth` is that of `radiance`.
 ///
 /// # Errors
 /// A program that does not compile.

@@ -3,7 +3,8 @@
 // light from the same directions, which nothing else has taken away.
 // With `only_found` it is drawn as gi.upsample: what was found of each pixel, for surfaces that are shaded where they
 // are drawn.
-// Reads: found_light, G-buffer, linear_depth, the environment. Writes: the difference, to be added to radiance; or light.
+// Reads: found_light, G-buffer, linear_depth, the environment. Writes: the difference, to be added to radiance; or
+// light.
 // Program: gi_compose.
 
 import package::view::position_world_from_pixel;

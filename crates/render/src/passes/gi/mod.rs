@@ -4,8 +4,8 @@
 //! Image Space"), by horizons (Mayaux 2018, "Horizon-Based Indirect Lighting"); what differs from them stands in
 //! `gather.wgsl`. Each sample of a still looks in other directions, so that their mean converges; the noise of less
 //! than 64 is a pattern of 4 × 4 texels, which `gi.filter` takes out. `gi.compose` adds what surfaces reflect of it, in
-//! place of the environment's light from the same directions, which occlusion took away where there is one; surfaces that
-//! are shaded where they are drawn do that themselves.
+//! place of the environment's light from the same directions, which occlusion took away where there is one; surfaces
+//! that are shaded where they are drawn do that themselves.
 //! Reads: G-buffer, linear_depth, radiance. Writes: radiance.
 
 mod settings;
@@ -67,8 +67,8 @@ pub fn without_bounces(settings: &GiSettings, occlusion: Occlusion) -> Occlusion
 }
 
 /// Records the passes, if the settings ask for them. `is_occluded` says whether the environment's light is taken away
-/// where surfaces hide it from each other. Also gives what was found of each pixel, if the picture shows surfaces that are
-/// shaded where they are drawn, to which it is still to be added.
+/// where surfaces hide it from each other. Also gives what was found of each pixel, if the picture shows surfaces that
+/// are shaded where they are drawn, to which it is still to be added.
 ///
 /// # Errors
 /// A program that does not compile.

@@ -18,8 +18,8 @@ settings! {
     /// Settings of ambient occlusion.
     pub struct OcclusionSettings {
         /// Whether opaque surfaces hide the environment's light from each other, as far as the picture shows them.
-        /// Direct light and glass stay what they are; on the forward paths, and with `occlusion.bent_normals`, stills draw
-        /// all samples of all pixels. Not with `render.path=gouraud`.
+        /// Direct light and glass stay what they are; on the forward paths, and with `occlusion.bent_normals`, stills
+        /// draw all samples of all pixels. Not with `render.path=gouraud`.
         enabled: Switch = Switch::Auto;
         /// How it is found: by horizons (`gtao`) or by points in a hemisphere (`ssao`).
         method: OcclusionMethod = OcclusionMethod::Gtao, needs "occlusion.enabled=true";

@@ -4,8 +4,8 @@
 //! distances (Uludag 2014, "Hi-Z Screen-Space Cone-Traced Reflections"), to visible normals of GGX (Heitz 2018); what
 //! differs from them stands in `trace.wgsl`. Each sample of a still has another ray, so that their mean converges; that
 //! of few samples is a pattern of 4 × 4 texels, which `reflections.filter` takes out. `reflections.compose` puts what
-//! was found in the place of the environment's specular light, of the same surface and with the same shares; surfaces that
-//! are shaded where they are drawn do that themselves.
+//! was found in the place of the environment's specular light, of the same surface and with the same shares; surfaces
+//! that are shaded where they are drawn do that themselves.
 //! Reads: G-buffer, linear_depth, occlusion, radiance. Writes: radiance.
 
 mod settings;
