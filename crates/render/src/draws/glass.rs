@@ -204,11 +204,12 @@ pub(crate) fn layers_of_glass(draws: &[Draw], world: &WorldDraws, view: &ViewUni
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::f32::consts::FRAC_PI_2;
+    use glam::Vec4;
 
     /// Upright boxes by their middles and half their sizes, seen from the origin along -Z; farther ones first.
     fn seen(boxes: &[([f32; 3], [f32; 3])]) -> Vec<Body> {
-        let clip_from_world = Mat4::perspective_infinite_reverse_rh(FRAC_PI_2, 1.0, 0.1);
+        // As wide as it is far away.
+        let clip_from_world = Mat4::from_cols(Vec4::X, Vec4::Y, Vec4::NEG_W, 0.1 * Vec4::Z);
         let mut bodies: Vec<Body> = boxes
             .iter()
             .enumerate()
@@ -276,7 +277,7 @@ mod tests {
 
     #[test]
     fn parallel_rays_tell_sides_by_their_direction() {
-        let clip_from_world = Mat4::orthographic_rh(-4.0, 4.0, -4.0, 4.0, 10.0, 0.1);
+        let clip_from_world = Mat4::from_scale(Vec3::splat(0.25));
         let halves = [Vec3::X, Vec3::Y, Vec3::Z * 0.5];
         let body =
             |item, distance_m: f32| Body::new(item, (Vec3::Z * -distance_m, halves), &clip_from_world, distance_m);
