@@ -1,5 +1,6 @@
 //! The whole frame, top to bottom: from surfaces to radiance here, from there to the picture in `frame/picture.rs`.
 
+mod glass;
 mod monitors;
 mod picture;
 
@@ -23,7 +24,7 @@ use crate::mirror_picture::MirrorPicture;
 use crate::occlusion::Occlusion;
 use crate::passes::debug::DebugView;
 use crate::passes::direct::Lights;
-use crate::passes::forward::{LayeredDepth, OpaqueDepth, SeenThrough};
+use crate::passes::forward::{LayeredDepth, OpaqueDepth};
 use crate::passes::mirrors::ShownMirror;
 use crate::passes::particles::ShownParticles;
 use crate::passes::portals::ShownPortal;
@@ -495,17 +496,15 @@ fn translucent_passes(
         return Ok(Translucent::new(blended_passes(r, settings, None, radiance, depth)?, None));
     }
     if r.view.counts_pairs() {
-        let (pairs, depth) = forward::record_transmissive(r, &settings.fog, (None, false), radiance, depth)?;
+        let (pairs, depth) = glass::counting_passes(r, settings, radiance, depth)?;
         return Ok(Translucent::new(blended_passes(r, settings, None, pairs, depth)?, None));
     }
     let is_split = settings.transparency.mode == TransparencyMode::Stochastic && r.view.has_blended();
-    let has_far = settings.transparency.refractive_layers > 1;
-    let nearest_m = if is_split || has_far { Some(nearest_transmissive(r)?) } else { None };
-    let peel = |side| nearest_m.as_ref().filter(|_| is_split).map(|nearest_m| Peel { side, nearest_m });
+    let nearest_m = if is_split { Some(glass::nearest_transmissive(r)?) } else { None };
+    let peel = |side| nearest_m.as_ref().map(|nearest_m| Peel { side, nearest_m });
     let (radiance, depth) =
         if is_split { blended_passes(r, settings, peel(Side::Behind), radiance, depth)? } else { (radiance, depth) };
-    let far = nearest_m.as_ref().filter(|_| has_far);
-    let Translucent { radiance, depth, transmittance } = transmissive_passes(r, settings, far, radiance, depth)?;
+    let Translucent { radiance, depth, transmittance } = glass::transmissive_passes(r, settings, radiance, depth)?;
     Ok(Translucent::new(blended_passes(r, settings, peel(Side::Before), radiance, depth)?, transmittance))
 }
 
@@ -520,63 +519,11 @@ fn tint_passes(
     Ok(Some(transmittance::record_tint(r, &transmittance, radiance)?))
 }
 
-/// The distances of the nearest surfaces that light comes through.
-fn nearest_transmissive(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
-    let depth = forward::record_nearest_transmissive(r)?;
-    linear_depth::record(r, "transmissive.linear_depth", &depth)
-}
-
-/// Surfaces that light comes through, before what lies behind them: that of others, too, if it is given how far away
-/// the nearest are.
-fn transmissive_passes(
-    r: &mut Recorder<'_, '_>,
-    settings: &Settings,
-    nearest_m: Option<&Handle>,
-    radiance: Handle,
-    depth: Handle,
-) -> Result<Translucent, ProgramError> {
-    let mut drawn = Translucent { radiance, depth, transmittance: None };
-    if nearest_m.is_some() {
-        drawn = transmissive_layer(r, settings, nearest_m, drawn)?;
-    }
-    transmissive_layer(r, settings, None, drawn)
-}
-
-/// The nearest of them, or what lies beyond.
-fn transmissive_layer(
-    r: &mut Recorder<'_, '_>,
-    settings: &Settings,
-    beyond: Option<&Handle>,
-    Translucent { radiance, depth, transmittance }: Translucent,
-) -> Result<Translucent, ProgramError> {
-    let fog = &settings.fog;
-    let is_far = beyond.is_some();
-    let (radiance, mean) =
-        resolve::record_between(r, if is_far { "behind.far.resolve" } else { "behind.resolve" }, radiance);
-    let so_far = mean.as_ref().unwrap_or(&radiance);
-    let behind = mips_of(r, if is_far { "behind.far" } else { "behind" }, so_far)?;
-    // A background that is none of radiance is laid behind the picture at its end.
-    let is_apart = settings.background.source != Background::Environment;
-    let uncovered = match transmittance {
-        None if is_apart => Some(transmittance::record_uncovered(r, so_far)?),
-        transmittance => transmittance,
-    };
-    let seen = SeenThrough { behind: &behind, beyond };
-    let (radiance, depth) = forward::record_transmissive(r, fog, (Some(seen), is_apart), radiance, depth)?;
-    let Some(uncovered) = uncovered else { return Ok(Translucent { radiance, depth, transmittance: None }) };
-    let name = if is_far { "transmittance.behind.far" } else { "transmittance.behind" };
-    let (uncovered, mean) = resolve::record_between(r, format!("{name}.resolve"), uncovered);
-    let behind = mips_of(r, name, mean.as_ref().unwrap_or(&uncovered))?;
-    let seen = SeenThrough { behind: &behind, beyond };
-    let transmittance = forward::record_transmittance(r, fog, seen, uncovered, &depth)?;
-    Ok(Translucent { radiance, depth, transmittance: Some(transmittance) })
-}
-
 /// A picture with mips, of one whose pixels have one sample.
-fn mips_of(r: &mut Recorder<'_, '_>, name: &'static str, picture: &Handle) -> Result<Handle, ProgramError> {
+fn mips_of(r: &mut Recorder<'_, '_>, name: &str, picture: &Handle) -> Result<Handle, ProgramError> {
     let (width, height) = r.view.size;
     let desc = TextureDesc { mips: width.max(height).ilog2() + 1, ..TextureDesc::new_2d(width, height, RADIANCE) };
-    let texture = r.texture_of(name, desc);
+    let texture = r.texture_of(name.to_owned(), desc);
     mips::record_of(r, name, picture, &texture)?;
     Ok(texture)
 }

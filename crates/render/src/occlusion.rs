@@ -2,13 +2,14 @@
 
 use crate::record::{Fullscreen, SurfacePass};
 use crate::shader::program::Constant;
+use crate::transparency::GLASS_DISTANCES;
 use manypass_graph::Handle;
 
 /// The texture in shaders.
 const NAME: &str = "screen_occlusion";
 
 /// Where those with layers find it: WebGL 2 has no more textures, and no opaque surface needs what else lies there.
-const NAME_WITH_LAYERS: &str = "nearest_m";
+const NAME_WITH_LAYERS: &str = GLASS_DISTANCES;
 
 /// The uniform of `shaders/coarse_occlusion.wgsl`; a test compares the two layouts.
 #[repr(C)]
@@ -75,7 +76,7 @@ impl Occlusion {
         pass.read_under(&[NAME, NAME_WITH_LAYERS], &found.texture);
     }
 
-    /// The same of a pass that draws surfaces which are not occluded, and that binds `nearest_m` for what else it is.
+    /// The same of a pass that draws surfaces which are not occluded, and that binds what else lies in that place.
     pub fn bind_none(pass: &mut SurfacePass<'_, '_>) {
         pass.uniform("coarse_occlusion", &CoarseOcclusion::of(None).0);
         pass.stand_in(NAME);

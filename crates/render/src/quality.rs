@@ -61,7 +61,7 @@ impl Quality {
                 ("reflections.enabled", "auto"),
                 ("reflections.resolution", "full"),
                 ("shadows.filter", "pcss"),
-                ("transparency.refractive_layers", "2"),
+                ("transparency.refractive_layers", "8"),
                 ("fog.half", "false"),
                 ("adaptive.threshold", "0"),
                 ("lod.bias", "1"),

@@ -73,6 +73,10 @@ const STOCHASTIC: u32 = 2;
 /// The constant of `transparency.wgsl` that says which fragments are drawn.
 const PEELS: &str = "peels";
 
+/// The texture of `transparency.wgsl` that holds distances of surfaces that light comes through: of the nearest of them
+/// for blended ones, and for themselves what the pass `glass` makes.
+pub(crate) const GLASS_DISTANCES: &str = "glass_distances";
+
 /// What has a weight is added up: radiance, and alpha; what comes through all of it is multiplied into
 /// alpha: one blend state for all targets, because the floor has one.
 pub(crate) const SUM: wgpu::BlendState = wgpu::BlendState {
@@ -119,9 +123,9 @@ impl Weighting {
         match peel {
             Some(Peel { side, nearest_m }) => {
                 pass.constant(PEELS, side as u32);
-                pass.read("nearest_m", nearest_m);
+                pass.read(GLASS_DISTANCES, nearest_m);
             }
-            None => pass.stand_in("nearest_m"),
+            None => pass.stand_in(GLASS_DISTANCES),
         }
     }
 

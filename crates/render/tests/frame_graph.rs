@@ -2,11 +2,14 @@
 
 mod common;
 
+use glam::Vec3;
 use manypass::gpu::Floor;
 use manypass::graph::{ColorLoad, Executor, Export, Graph, Limits, Plan, Run, RunOptions, Taps, TextureDesc, Timing};
+use manypass::scene::material::{Mapped, Volume};
 use manypass::{
     Aov, DebugView, Environment, FogMode, FrameRequest, Gpu, Path, PixelSamples, Renderer, TransparencyMode, scene,
 };
+use manypass_testkit::build::{SceneBuilder, at, grey};
 use std::collections::BTreeSet;
 use wgpu::TextureFormat as F;
 
@@ -222,6 +225,20 @@ fn live_times_come_without_waiting() {
     assert!(arrived > 10, "{arrived}");
 }
 
+/// Balls of glass in a row, and what is blended before them.
+fn three_of_glass() -> scene::Scene {
+    let projection = scene::Projection::Perspective { fov_y_rad: 0.7, near_m: 0.1, far_m: None };
+    let mut builder = SceneBuilder::new(Vec3::Z * 5.0, Vec3::ZERO, projection);
+    let volume = Some(Volume { thickness: Mapped::new(1.0), ..Volume::default() });
+    let glass = scene::Material { transmission: Some(Mapped::new(1.0)), volume, ..grey(1.0) };
+    for z_m in [0.0, -1.5, -3.0] {
+        builder.put(scene::primitives::uv_sphere(0.5, 8, 4), glass.clone(), at(Vec3::Z * z_m));
+    }
+    let blended = scene::Material { alpha_mode: scene::AlphaMode::Blend, ..grey(0.5) };
+    builder.put(scene::primitives::cube(Vec3::ONE), blended, at(Vec3::Z * 2.0));
+    builder.finish()
+}
+
 /// Reports, timers and pictures of passes find them by name.
 #[test]
 fn passes_of_a_frame_have_names_of_their_own() {
@@ -229,12 +246,12 @@ fn passes_of_a_frame_have_names_of_their_own() {
     let panes = manypass_scene::load_path("../../docs/examples/panes.gltf".as_ref()).expect("loads").scene;
     let demo = |name| manypass::scene::demo::named(name).expect("a demo");
     let mut names = BTreeSet::new();
-    for scene in [demo("materials"), demo("relief"), panes] {
+    for scene in [demo("materials"), demo("relief"), panes, three_of_glass()] {
         renderer.load(&scene).expect("loads");
         for path in [Path::Deferred, Path::Forward, Path::ForwardBatched, Path::Gouraud] {
             for (layers, mode, fog) in [
                 (1, TransparencyMode::Sorted, FogMode::None),
-                (2, TransparencyMode::Sorted, FogMode::None),
+                (4, TransparencyMode::Sorted, FogMode::None),
                 (2, TransparencyMode::Stochastic, FogMode::Exponential),
                 (2, TransparencyMode::Weighted, FogMode::ExponentialSquared),
             ] {
@@ -262,8 +279,12 @@ fn passes_of_a_frame_have_names_of_their_own() {
         "resolve.sum",
         "transmissive.far",
         "transmissive.linear_depth",
+        "transmissive.far.2",
         "behind.far.halve.1",
         "behind.halve.1",
+        "glass.far.distances",
+        "glass.backs",
+        "glass.middles",
         "fog.light",
     ] {
         assert!(names.contains(name), "{name} is none of {names:?}");

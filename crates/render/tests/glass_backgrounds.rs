@@ -103,7 +103,6 @@ fn request() -> FrameRequest {
     request.settings.tone_map.dither = 0.0;
     request.settings.occlusion.enabled = Switch::Off;
     request.settings.reflections.enabled = Switch::Off;
-    request.settings.transparency.refractive_layers = 2;
     request
 }
 

@@ -122,7 +122,7 @@ fn requests(scene: &Scene) -> Vec<(&'static str, FrameRequest)> {
     vec![
         ("sorted", plain.clone()),
         ("weighted", with(|settings| settings.transparency.mode = TransparencyMode::Weighted)),
-        ("two layers of glass", with(|settings| settings.transparency.refractive_layers = 2)),
+        ("one layer of glass", with(|settings| settings.transparency.refractive_layers = 1)),
         ("before nothing", with(|settings| settings.background.source = Background::Transparent)),
         ("in fog", with(fog)),
         (

@@ -1,11 +1,13 @@
 //! What a frame draws: the world's instances once, and for every view which of them it may show.
 
 mod deformation;
+mod glass;
 mod leveled;
 mod list;
 mod world;
 
 pub(crate) use deformation::Deformation;
+pub(crate) use glass::layers_of_glass;
 pub(crate) use leveled::Form;
 pub(crate) use list::{Draw, DrawList, may_show};
 pub(crate) use world::{BLOCK_ITEMS, Item, WorldDraws, object_id};

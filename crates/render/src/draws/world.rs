@@ -3,7 +3,7 @@
 use super::deformation::{Deformation, Joints};
 use super::leveled::{ItemLevels, LevelTag, MeshLevels, NodeGroups, group_of};
 use super::{Axes, Faces, NORMAL_MAP, OCCLUSION_APART, PLACES_UVS, TEXTURED};
-use crate::constants::{LAYER_LIGHT_MAP, LAYER_STEPS, LAYER_TRANSMISSION, WITHOUT_NORMALS};
+use crate::constants::{LAYER_LIGHT_MAP, LAYER_STEPS, LAYER_TRANSMISSION, LAYER_VOLUME, WITHOUT_NORMALS};
 use crate::decals::SharedDecals;
 use crate::levels::{Group, SurfaceForm, SurfaceForms};
 use crate::lights::ObjectBounds;
@@ -62,6 +62,8 @@ pub(crate) struct Item {
     pub has_light_directions: bool,
     /// Whether what lies behind is seen through it.
     pub transmissive: bool,
+    /// Whether it is the surface of a body that light goes through, which bends it twice.
+    pub bends_twice: bool,
     /// Whether its material emits light.
     pub emits: bool,
     /// Whether it has radiance before any light reaches it: what emits, what is unlit, and what has no normals.
@@ -458,6 +460,7 @@ impl Drawn<'_> {
             layers,
             has_light_directions: properties.layers.as_ref().is_some_and(|layers| layers.has_light_directions),
             transmissive: layers & LAYER_TRANSMISSION != 0,
+            bends_twice: layers & LAYER_TRANSMISSION != 0 && self.thickness_m() > 0.0,
             casts_shadow: node.casts_shadow && properties.casts_shadow,
             view_layers: node.layers,
             emits: properties.emits,
@@ -485,6 +488,12 @@ impl Drawn<'_> {
             SurfaceForm::Plain => has_plain,
             SurfaceForm::Untextured => is_solid && reduced.has_untextured(item.material, (item.mesh, item.primitive)),
         })
+    }
+
+    /// The greatest thickness of its volume; 0 if it has none.
+    fn thickness_m(&self) -> f32 {
+        let layers = self.properties.layers.as_ref().filter(|layers| layers.bits & LAYER_VOLUME != 0);
+        layers.map_or(0.0, |layers| layers.factors.volume.w)
     }
 
     /// How far its relief lies below its triangles; 0 if it has none.

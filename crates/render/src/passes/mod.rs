@@ -13,6 +13,7 @@ pub mod fog;
 pub mod forward;
 pub mod geometry;
 pub mod gi;
+pub mod glass;
 pub mod gouraud;
 pub mod ground;
 pub mod ids;

@@ -8,7 +8,7 @@ import package::shaders::brdf::Shading;
 import package::shaders::occlusion::{occluded, seen_at, seen_of};
 import package::shaders::screen_space::{TangentPlane, tangent_plane_of};
 @if(!layered) import package::shaders::occlusion::screen_occlusion;
-@if(layered) import package::shaders::transparency::nearest_m;
+@if(layered) import package::shaders::transparency::glass_distances;
 
 struct CoarseOcclusion {
     // So far from the tangent plane another surface begins.
@@ -31,7 +31,7 @@ const TRUST_HALF: f32 = 0.02;
 fn found_before(position_px: vec2f, plane: TangentPlane) -> Upsampled {
     let reach_m = coarse_occlusion.reach_m;
     @if(layered) {
-        return upsampled_by_distances(nearest_m, position_px, occlusion_side, SHIFT, plane, reach_m);
+        return upsampled_by_distances(glass_distances, position_px, occlusion_side, SHIFT, plane, reach_m);
     }
     @if(!layered) {
         return upsampled_by_distances(screen_occlusion, position_px, occlusion_side, SHIFT, plane, reach_m);

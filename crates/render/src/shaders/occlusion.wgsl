@@ -9,7 +9,7 @@ import package::shaders::ambient::{Seen, all_seen};
 import package::shaders::brdf::Shading;
 @if(layered) import package::constants::LAYER_CLEARCOAT;
 @if(layered) import package::shaders::layer_maps::has_layer;
-@if(layered) import package::shaders::transparency::nearest_m;
+@if(layered) import package::shaders::transparency::glass_distances;
 
 // The share of diffuse light (r) and its mean direction (gba); a texel that means nothing where `occluded` is 0. With
 // layers a stage has no texture left for it on WebGL 2: it lies in the place of distances that no opaque surface needs.
@@ -26,7 +26,7 @@ fn seen_at(pixel: vec2i, surface: Surface, shading: Shading) -> Seen {
         return all_seen(shading);
     }
     @if(layered) {
-        return seen_of(textureLoad(nearest_m, pixel, 0), surface, shading);
+        return seen_of(textureLoad(glass_distances, pixel, 0), surface, shading);
     }
     @if(!layered) {
         return seen_of(textureLoad(screen_occlusion, pixel, 0), surface, shading);

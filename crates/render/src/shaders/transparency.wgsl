@@ -22,16 +22,16 @@ struct Weighting {
 
 @group(1) @binding(3) var<uniform> weighting: Weighting;
 
-// Which fragments are drawn, as `transparency/peel.rs` numbers them: all of them, or those of surfaces that light comes
-// through beyond the nearest of these, or blended ones that are behind that or before it.
+// Which fragments of blended surfaces are drawn, as `transparency/peel.rs` numbers them: all of them, or those behind
+// the nearest surface that light comes through, or those before it.
 const PEELS_NOTHING: u32 = 0u;
-const PEELS_BEYOND: u32 = 1u;
-const PEELS_BEHIND: u32 = 2u;
+const PEELS_BEHIND: u32 = 1u;
 override peels: u32 = PEELS_NOTHING;
 // Distances that differ by a smaller share are the same.
 const PEEL_SHARE: f32 = 1e-4;
-// The distances of the nearest surfaces that light comes through.
-@group(1) @binding(4) var nearest_m: texture_2d<f32>;
+// Where blended surfaces are peeled the distances of the nearest surfaces that light comes through. Where such surfaces
+// are drawn themselves `transmission.wgsl` says what it holds: programs have room for one texture.
+@group(1) @binding(4) var glass_distances: texture_2d<f32>;
 
 struct ShadedTargets {
     // Premultiplied; or with weights the product with the weight. Alpha is coverage, or what surfaces are blended by.
@@ -54,10 +54,7 @@ fn is_peeled(position_clip: vec4f, position_world: vec3f) -> bool {
         return false;
     }
     let distance_m = distance_at(position_world);
-    let glass_m = textureLoad(nearest_m, vec2i(position_clip.xy), 0).r;
-    if peels == PEELS_BEYOND {
-        return distance_m <= glass_m * (1.0 + PEEL_SHARE);
-    }
+    let glass_m = textureLoad(glass_distances, vec2i(position_clip.xy), 0).r;
     // Where there is no such surface, what lies before them all is seen through none.
     let first_m = select(glass_m, weighting.glass_m, glass_m >= DISTANCE_BACKGROUND_M);
     let is_before = distance_m < first_m * (1.0 - PEEL_SHARE);

@@ -14,8 +14,9 @@ settings! {
         /// smaller than pixels, those with less than a hash of their place, so that as much stays of a fine mask as
         /// covers its pixels. `auto` is `hashed` in stills of four samples and more, and `cutoff` elsewhere.
         masks: Masks = Masks::Auto;
-        /// How many surfaces that light comes through are seen behind each other: with 2 what lies behind the nearest,
-        /// drawn before it; it takes about twice as long.
-        refractive_layers: u32 = 1, in 1..=2;
+        /// How many objects that light comes through are seen behind each other at most: where more are, the farthest
+        /// of them hide each other. There are no more layers than objects that overlap in the picture, each for one
+        /// more copy of the picture behind it.
+        refractive_layers: u32 = 4, in 1..=8;
     }
 }

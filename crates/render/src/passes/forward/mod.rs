@@ -4,17 +4,19 @@
 //! Source: Olsson et al. 2012 (clustered forward); blending after Porter & Duff 1984, sorted from back to front, or
 //! otherwise as `transparency.rs` says. Reads: lists of lights, the environment, depth, occlusion, what the picture
 //! shows in the environment's place, the distances of the nearest surfaces that light comes through if it draws what
-//! lies on one side of them. Writes: radiance (premultiplied), and depth if opaque; or sums for a weighted mean; or,
-//! for the report, the numbers of pairs of light and fragment.
+//! lies on one side of them; of such surfaces themselves the picture so far, and where rays leave their bodies. Writes:
+//! radiance (premultiplied), and depth if opaque; or sums for a weighted mean; or, for the report, the numbers of pairs
+//! of light and fragment.
 
 use crate::constants::LIGHTS_PER_BATCH;
+use crate::draws::Draw;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::occlusion::Occlusion;
 use crate::record::{ADD, Recorder, SurfacePass, Which};
 use crate::screen_space::{FoundLight, InPicture};
 use crate::shader::program::ProgramError;
-use crate::transparency::{Blended, Peel, Side, Weighting};
+use crate::transparency::{Blended, GLASS_DISTANCES, Peel, Side, Weighting};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 
 /// The uniform of `forward.wgsl`; a test compares the two layouts.
@@ -249,13 +251,36 @@ fn add_layered(mut pass: SurfacePass<'_, '_>, depth: &Handle, radiance: Handle) 
     Ok(radiance)
 }
 
-/// What is seen through surfaces that light comes through.
+/// Surfaces that light comes through of which none lies behind another in the picture, and what is seen through them.
 #[derive(Clone, Copy, Debug)]
-pub struct SeenThrough<'h> {
-    /// The picture so far with its mips.
-    pub behind: &'h Handle,
-    /// The distances of the nearest of them, if those alone are drawn that lie beyond.
-    pub beyond: Option<&'h Handle>,
+pub(crate) struct GlassLayer<'h> {
+    /// The surfaces, farther ones first.
+    pub draws: &'h [Draw],
+    /// What the names of its passes end with.
+    pub suffix: &'h str,
+    /// The picture so far with its mips; none if nothing is seen through them.
+    pub behind: Option<&'h Handle>,
+    /// Where rays leave bodies, and how far away what lies behind is, if there are bodies among them.
+    pub bodies: Option<&'h Handle>,
+}
+
+impl GlassLayer<'_> {
+    /// Binds what is seen through its surfaces.
+    fn bind(&self, pass: &mut SurfacePass<'_, '_>) {
+        pass.uniform("weighting", &Weighting::default());
+        if let Some(behind) = self.behind {
+            pass.constant("transmissive", 1);
+            pass.read("behind", behind);
+        } else {
+            pass.stand_in("behind");
+        }
+        if let Some(bodies) = self.bodies {
+            pass.constant("has_bodies", 1);
+            pass.read(GLASS_DISTANCES, bodies);
+        } else {
+            pass.stand_in(GLASS_DISTANCES);
+        }
+    }
 }
 
 /// The depth of the surfaces that light comes through, and of nothing else.
@@ -270,66 +295,53 @@ pub fn record_nearest_transmissive(r: &mut Recorder<'_, '_>) -> Result<Handle, P
     Ok(depth)
 }
 
-/// How much of the background comes through the nearest surfaces that light comes through, which are in `depth` already,
-/// into `transmittance`, of which `seen` has that of what lies behind them.
+/// How much of the background comes through the surfaces of a layer, which are in `depth` already, into `transmittance`,
+/// of which the layer has that of what lies behind them.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_transmittance(
+pub(crate) fn record_transmittance(
     r: &mut Recorder<'_, '_>,
     fog: &FogSettings,
-    seen: SeenThrough<'_>,
+    layer: GlassLayer<'_>,
     transmittance: Handle,
     depth: &Handle,
 ) -> Result<Handle, ProgramError> {
-    let SeenThrough { behind, beyond } = seen;
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let axes = r.view.light_axes();
-    let name = if beyond.is_some() { "transmittance.far" } else { "transmittance" };
-    let mut pass = r.surfaces(name, "forward");
+    let mut pass = r.surfaces(format!("transmittance{}", layer.suffix), "forward");
     pass.uniform("light_batch", &LightBatch::default());
-    Weighting::default().bind(&mut pass, beyond.map(|nearest_m| Peel { side: Side::Beyond, nearest_m }));
+    layer.bind(&mut pass);
     pass.axes(axes);
-    pass.constant("transmissive", 1);
     pass.constant("shows_transmittance", 1);
     pass.constant(DRAWS_AGAIN, 1);
-    pass.read("behind", behind);
     Occlusion::bind_none(&mut pass);
     let transmittance = pass.color(transmittance, ColorLoad::Keep);
     pass.depth_read_only(depth);
     pass.uniform("fog", &fog);
-    pass.draw_transmissive()?;
+    pass.draw_those(layer.draws)?;
     Ok(transmittance)
 }
 
-/// Draws the surfaces that light comes through before what is `seen` through them: over what is there, or with `replaces` in
-/// its place. Also gives depth, which they hide other surfaces with.
+/// Draws the surfaces of a layer before what is seen through them: over what is there, or with `replaces` in its place.
+/// Also gives depth, which they hide other surfaces with.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_transmissive(
+pub(crate) fn record_transmissive(
     r: &mut Recorder<'_, '_>,
     fog: &FogSettings,
-    (seen, replaces): (Option<SeenThrough<'_>>, bool),
+    (layer, replaces): (GlassLayer<'_>, bool),
     radiance: Handle,
     depth: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
     let view = r.view;
     let is_lit = fog.scatters();
     let fog = FogUniform::new(fog, view.uniform.pre_exposure);
-    let beyond = seen.and_then(|seen| seen.beyond);
-    let mut pass = r.surfaces(if beyond.is_some() { "transmissive.far" } else { "transmissive" }, "forward");
+    let mut pass = r.surfaces(format!("transmissive{}", layer.suffix), "forward");
     pass.uniform("light_batch", &LightBatch::default());
-    let peel = beyond.map(|nearest_m| Peel { side: Side::Beyond, nearest_m });
-    Weighting::default().bind(&mut pass, peel);
+    layer.bind(&mut pass);
     pass.axes(view.light_axes());
-    // A view that counts pairs shows nothing behind.
-    if let Some(SeenThrough { behind, .. }) = seen {
-        pass.constant("transmissive", 1);
-        pass.read("behind", behind);
-    } else {
-        pass.stand_in("behind");
-    }
     Occlusion::bind_none(&mut pass);
     let radiance = pass.color(radiance, ColorLoad::Keep);
     let depth = pass.depth(depth, DepthLoad::Keep);
@@ -342,7 +354,7 @@ pub fn record_transmissive(
     if is_lit {
         pass.constant(IN_LIT_FOG, 1);
     }
-    pass.draw_transmissive()?;
+    pass.draw_those(layer.draws)?;
     Ok((radiance, depth))
 }
 

@@ -6,13 +6,19 @@ use crate::gbuffer::LINEAR_DEPTH;
 use crate::record::{Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
+use std::borrow::Cow;
 
 /// Records the pass under the name `name`, which is its texture's, too.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record(r: &mut Recorder<'_, '_>, name: &'static str, depth: &Handle) -> Result<Handle, ProgramError> {
-    let target = r.texture(name, LINEAR_DEPTH);
+pub fn record(
+    r: &mut Recorder<'_, '_>,
+    name: impl Into<Cow<'static, str>>,
+    depth: &Handle,
+) -> Result<Handle, ProgramError> {
+    let name = name.into();
+    let target = r.texture(name.clone(), LINEAR_DEPTH);
     r.declare_texels(&target, Texels::Distance);
     let leaves_out = u32::from(r.view.settled.is_some());
     let step = r.fullscreen(name, "linear_depth", &[]).constant("leaves_out", leaves_out);

@@ -32,12 +32,7 @@ struct Mips {
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_of(
-    r: &mut Recorder<'_, '_>,
-    name: &'static str,
-    picture: &Handle,
-    texture: &Handle,
-) -> Result<(), ProgramError> {
+pub fn record_of(r: &mut Recorder<'_, '_>, name: &str, picture: &Handle, texture: &Handle) -> Result<(), ProgramError> {
     record_level(r, name, (texture, 0, Filter::Tent), Some(picture))?;
     record(r, name, Filter::Tent, texture)
 }
@@ -47,19 +42,14 @@ pub fn record_of(
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record(
-    r: &mut Recorder<'_, '_>,
-    name: &'static str,
-    filter: Filter,
-    texture: &Handle,
-) -> Result<(), ProgramError> {
+pub fn record(r: &mut Recorder<'_, '_>, name: &str, filter: Filter, texture: &Handle) -> Result<(), ProgramError> {
     (1..texture.desc().mips).try_for_each(|level| record_level(r, name, (texture, level, filter), None))
 }
 
 /// A level of the one above it, or of a picture of its size.
 fn record_level(
     r: &mut Recorder<'_, '_>,
-    name: &'static str,
+    name: &str,
     (texture, level, filter): (&Handle, u32, Filter),
     picture: Option<&Handle>,
 ) -> Result<(), ProgramError> {

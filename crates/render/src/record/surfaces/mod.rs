@@ -256,6 +256,14 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.draw(draws.into(), Which::All)
     }
 
+    /// Declares the pass: it draws some of the view's surfaces, in this order.
+    ///
+    /// # Errors
+    /// As [`Self::draw_opaque`].
+    pub(crate) fn draw_those(self, draws: &[Draw]) -> Result<(), ProgramError> {
+        self.draw(draws.to_vec().into(), Which::All)
+    }
+
     fn draw(self, draws: Cow<'f, [Draw]>, which: Which) -> Result<(), ProgramError> {
         let Self { name, pass, frame, view, program, resources: mut of_pass, reads, axes, .. } = self;
         let Self { colors, blend, depth, constants, vertices_alone, backs, decals, .. } = self;
