@@ -17,6 +17,7 @@
 //! ```
 
 mod decals;
+mod heights;
 pub mod keys;
 mod light_files;
 mod lights;
