@@ -121,8 +121,7 @@ impl Outputs {
         let table = |settings: &Settings| serde_json::to_value(settings).map(|all| all["environment"].clone());
         let (Ok(all), Ok(default)) = (table(settings), table(&Settings::default())) else { return Ok(Some(text)) };
         for (key, value) in all.as_object().into_iter().flatten() {
-            let is_file = key == "file" || key.ends_with("_file");
-            if is_file && value.as_str().is_some_and(|file| !file.is_empty()) {
+            if key.ends_with("file") && value.as_str().is_some_and(|file| !file.is_empty()) {
                 let file = self.beside(Path::new(value.as_str().unwrap_or_default()))?;
                 text.push_str(&format!("{key} = {}\n", Value::from(file)));
             } else if *value != default[key] {

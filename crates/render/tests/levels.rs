@@ -109,7 +109,8 @@ fn primitive_of(faces: &[[Vec3; 3]]) -> Primitive {
     Primitive { normals: positions.clone(), positions, bounds, ..Primitive::default() }
 }
 
-/// The level of a ball that a picture of 60 x 40 pixels shows; the coarser one, shown below a twentieth of it, is larger.
+/// The level of a ball that a picture of 60 x 40 pixels shows; the coarser one, shown below a twentieth of it, is
+/// larger.
 fn shown_level(renderer: &mut Renderer, ball: &Node, meshes: &[Mesh; 2], projection: Projection, z_m: f32) -> usize {
     let mut scene = lit();
     scene.meshes = meshes.iter().map(|mesh| mesh.clone().into()).collect();

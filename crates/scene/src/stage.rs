@@ -204,11 +204,6 @@ impl Stage {
         self.light_files.picture.as_ref().map(|file| &*file.value)
     }
 
-    /// Where that picture lies, seen from where [`Self::file`] is.
-    pub fn environment_path(&self) -> Option<PathBuf> {
-        self.environment().map(|name| self.path_of(name))
-    }
-
     /// The images that its materials, decals and water name, the sprites and fonts of its overlay, and the files of its
     /// simulations, and what its environment names beside the picture, as they are written: paths from the stage's
     /// folder. Each once.

@@ -1,7 +1,7 @@
 //! The ball around something, by which levels of detail know how large it is in the picture.
 
 use glam::{Mat3, Mat4, Vec3};
-use manypass_scene::Aabb;
+use manypass_scene::{Aabb, Node};
 
 /// A ball in world space, and an upright box around the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -15,6 +15,15 @@ impl Ball {
     /// The ball around an upright box.
     pub fn around(bounds: &Aabb) -> Self {
         Self { center: bounds.center(), radius_m: bounds.radius_m(), bounds: *bounds }
+    }
+
+    /// The ball around what a node draws: of what nothing deforms by its box in object space and how far its farthest
+    /// vertex lies from the middle of that.
+    pub fn of_node(node: &Node, rigid: Option<(&Aabb, f32)>) -> Self {
+        match rigid {
+            Some((bounds, radius_m)) => Self::posed(bounds, radius_m, &node.world_from_object),
+            None => Self::around(&node.bounds_world),
+        }
     }
 
     /// The ball around vertices that lie in a box of object space, none farther than `radius_m` from its middle. It is

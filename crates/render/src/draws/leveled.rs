@@ -103,11 +103,7 @@ impl NodeGroups {
         let tag = LevelTag { group, level: of.level };
         if !node.bounds_world.is_empty() {
             let rigid = node.mesh.and_then(|mesh| geometry.rigid(mesh));
-            let ball = match rigid {
-                Some((bounds, radius_m)) => Ball::posed(bounds, radius_m, &node.world_from_object),
-                None => Ball::around(&node.bounds_world),
-            };
-            self.balls.push((tag, ball));
+            self.balls.push((tag, Ball::of_node(node, rigid)));
         }
         tag
     }

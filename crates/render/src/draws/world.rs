@@ -218,8 +218,7 @@ impl WorldDraws {
             if node.light.is_some() && of.is_none_or(|of| of.level == 0) {
                 self.lit.push(id);
             }
-            let posed = (node, &resources.geometry);
-            let level = of.map(|of| groups.add(scene, of, posed, &mut self.groups));
+            let level = of.map(|of| groups.add(scene, of, (node, &resources.geometry), &mut self.groups));
             if flat.contains(&id) {
                 self.flat_bounds_world = self.flat_bounds_world.union(&node.bounds_world);
             }
@@ -358,12 +357,9 @@ impl WorldDraws {
                 let of_material = Some(LevelTag { group, level: level as u32 });
                 self.push(drawn(material), (id, place, material), ItemLevels { of_material, ..levels.clone() });
             }
-            let ball = if deformed.joints.is_some() || deformed.first_weight.is_some() {
-                Ball::around(&node.bounds_world)
-            } else {
-                Ball::posed(&primitive.bounds, primitive.radius_m, &node.world_from_object)
-            };
-            self.groups.push(group_of(&ball, coarser));
+            let is_deformed = deformed.joints.is_some() || deformed.first_weight.is_some();
+            let rigid = (!is_deformed).then_some((&primitive.bounds, primitive.radius_m));
+            self.groups.push(group_of(&Ball::of_node(node, rigid), coarser));
         }
     }
 

@@ -223,8 +223,8 @@ impl Geometry {
         self.of_mesh.get(mesh).map_or(&[], |range| &self.primitives[range.start as usize..range.end as usize])
     }
 
-    /// The box around a mesh of the scene in object space, and how far its farthest vertex lies from the middle of that,
-    /// in metres; none if any of it is deformed.
+    /// The box around a mesh of the scene in object space, and how far its farthest vertex lies from the middle of
+    /// that, in metres; none if any of it is deformed.
     pub(crate) fn rigid(&self, mesh: usize) -> Option<(&Aabb, f32)> {
         let (bounds, radius_m) = self.meshes.get(mesh)?.rigid.as_ref()?;
         Some((bounds, *radius_m))

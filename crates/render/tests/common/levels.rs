@@ -56,8 +56,8 @@ pub fn distance_m(coverage: f32) -> f32 {
     outline_distance_m(coverage, SIDE * SIDE, SIDE, std::f32::consts::FRAC_PI_6)
 }
 
-/// How far from the eye a ball of 1 m covers a share of a picture of so many pixels: the half angle of the cone around it
-/// has a tangent of as many pixels as its disc's radius, and a sine of one divided by the distance.
+/// How far from the eye a ball of 1 m covers a share of a picture of so many pixels: the half angle of the cone around
+/// it has a tangent of as many pixels as its disc's radius, and a sine of one divided by the distance.
 pub fn outline_distance_m(coverage: f32, pixels: u32, height_px: u32, fov_y_rad: f32) -> f32 {
     let radius_px = (coverage * pixels as f32 / std::f32::consts::PI).sqrt();
     let tangent = radius_px * 2.0 * (0.5 * fov_y_rad).tan() / height_px as f32;

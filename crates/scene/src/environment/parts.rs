@@ -1,5 +1,5 @@
-//! What files bring of an environment that the renderer else works out: what rough surfaces reflect of it, in pictures of
-//! its own, and irradiance.
+//! What files bring of an environment that the renderer else works out: what rough surfaces reflect of it, in pictures
+//! of its own, and irradiance.
 
 use super::cube::Cube;
 use super::{EnvironmentError, EnvironmentMap};
@@ -123,9 +123,9 @@ fn level_files(path: &Path) -> Option<Vec<PathBuf>> {
 }
 
 impl EnvironmentMap {
-    /// Reads an environment with what rough surfaces reflect of it: a cube map with levels (.ktx2); or a picture for each
-    /// level, as [`Self::load_path`] reads them, by a path with `{level}` in place of a number from 0 on. Level i of n is
-    /// that of the perceptual roughness i / (n − 1); the first is the environment itself.
+    /// Reads an environment with what rough surfaces reflect of it: a cube map with levels (.ktx2); or a picture for
+    /// each level, as [`Self::load_path`] reads them, by a path with `{level}` in place of a number from 0 on. Level i
+    /// of n is that of the perceptual roughness i / (n − 1); the first is the environment itself.
     ///
     /// # Errors
     /// A file cannot be read, or there is one level alone.
