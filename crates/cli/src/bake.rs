@@ -416,7 +416,7 @@ fn folder_of(path: &Path) -> Option<PathBuf> {
 
 /// A stage names files from its own folder, so that its copy can be nowhere else.
 fn check_folder(path: &Path, stage: &Stage, output: &Path) -> Result<(), Failure> {
-    let names_files = !stage.images().is_empty() || stage.environment().is_some();
+    let names_files = !stage.images().is_empty() || stage.names_light();
     if names_files && folder_of(path) != folder_of(output) {
         let message = format!("{} names files beside it, which {} would not find", path.display(), output.display());
         let beside = path.with_file_name(output.file_name().unwrap_or_default());

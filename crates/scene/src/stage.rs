@@ -204,6 +204,11 @@ impl Stage {
         self.light_files.picture.as_ref().map(|file| &*file.value)
     }
 
+    /// Whether its environment names a picture, or files of its light.
+    pub fn names_light(&self) -> bool {
+        self.light_files.names().next().is_some()
+    }
+
     /// The images that its materials, decals and water name, the sprites and fonts of its overlay, and the files of its
     /// simulations, and what its environment names beside the picture, as they are written: paths from the stage's
     /// folder. Each once.
