@@ -121,9 +121,9 @@ impl Outputs {
         let table = |settings: &Settings| serde_json::to_value(settings).map(|all| all["environment"].clone());
         let (Ok(all), Ok(default)) = (table(settings), table(&Settings::default())) else { return Ok(Some(text)) };
         for (key, value) in all.as_object().into_iter().flatten() {
-            if key == "file" && value.as_str().is_some_and(|file| !file.is_empty()) {
+            if key.ends_with("file") && value.as_str().is_some_and(|file| !file.is_empty()) {
                 let file = self.beside(Path::new(value.as_str().unwrap_or_default()))?;
-                text.push_str(&format!("file = {}\n", Value::from(file)));
+                text.push_str(&format!("{key} = {}\n", Value::from(file)));
             } else if *value != default[key] {
                 text.push_str(&format!("{key} = {value}\n"));
             }
@@ -416,7 +416,7 @@ fn folder_of(path: &Path) -> Option<PathBuf> {
 
 /// A stage names files from its own folder, so that its copy can be nowhere else.
 fn check_folder(path: &Path, stage: &Stage, output: &Path) -> Result<(), Failure> {
-    let names_files = !stage.images().is_empty() || stage.environment().is_some();
+    let names_files = !stage.images().is_empty() || stage.names_light();
     if names_files && folder_of(path) != folder_of(output) {
         let message = format!("{} names files beside it, which {} would not find", path.display(), output.display());
         let beside = path.with_file_name(output.file_name().unwrap_or_default());

@@ -30,6 +30,9 @@ impl FrameArgs {
         let own = [
             ("--environment", "environment.source", if file.is_some() { Some("file") } else { environment }),
             ("--environment", "environment.file", file),
+            // What a stage says of its picture's light is of that picture.
+            ("--environment", "environment.irradiance_file", file.map(|_| "")),
+            ("--environment", "environment.prefiltered_file", file.map(|_| "")),
             ("--environment-rotation", "environment.rotation_deg", self.around.environment_rotation.as_deref()),
             ("--environment-intensity", "environment.intensity", self.around.environment_intensity.as_deref()),
             ("--background", "background.source", self.background.as_deref()),

@@ -11,9 +11,9 @@ use crate::output;
 use crate::pattern::is_stdout;
 use manypass::EffectFile;
 use manypass_offline::atomic;
-use manypass_scene::environment::files_of;
+use manypass_scene::environment::prefiltered_files;
 use manypass_scene::formats;
-use manypass_scene::stage::{is_stage, named_effects, named_environment, named_images, named_model};
+use manypass_scene::stage::{is_stage, named_effects, named_environments, named_images, named_model};
 use std::collections::BTreeSet;
 use std::ffi::OsStr;
 use std::fs;
@@ -37,8 +37,8 @@ pub struct Places {
 }
 
 impl Places {
-    /// Everything that `args` reads and writes, as far as that can be known before anything is drawn; `environment` is
-    /// the picture that settings name, `effects` are those of the chain that they name.
+    /// Everything that `args` reads and writes, as far as that can be known before anything is drawn; `lights` are
+    /// the files of the environment that settings name, `effects` are those of the chain that they name.
     ///
     /// # Errors
     /// Wrong usage, if an output would replace something that is read, or another output.
@@ -46,13 +46,13 @@ impl Places {
         args: &RenderArgs,
         job: &Job,
         items: &[Item],
-        (environment, effects): (Option<&Path>, &[EffectFile]),
+        (lights, effects): (&[PathBuf], &[EffectFile]),
     ) -> Result<Self, Failure> {
         let mut places = Self::default();
         items.iter().for_each(|item| places.read_input(&item.input));
         places.read_named(&args.frame);
         places.read_effects(effects);
-        environment.into_iter().for_each(|path| places.read_environment(path));
+        lights.iter().for_each(|path| places.read_environment(path));
         job.views.files.iter().for_each(|path| places.read(path, format!("the cameras {}", path.display())));
         let reports_to_stdout = args.report.as_deref().is_some_and(is_stdout);
         if job.output.is_stdout() || reports_to_stdout {
@@ -140,7 +140,7 @@ impl Places {
                 self.read(path, format!("the stage {}", path.display()));
                 // A stage that names a stage is an error as soon as it is read.
                 named_model(path).iter().filter(|model| !is_stage(model)).for_each(|model| self.read_model(model));
-                named_environment(path).into_iter().for_each(|path| self.read_environment(&path));
+                named_environments(path).into_iter().for_each(|path| self.read_environment(&path));
                 for image in named_images(path) {
                     self.read(&image, format!("an image that {} names", path.display()));
                 }
@@ -163,7 +163,8 @@ impl Places {
     }
 
     fn read_environment(&mut self, path: &Path) {
-        for file in files_of(path) {
+        // Those of levels that are named by a pattern, or of the faces of a cube.
+        for file in prefiltered_files(path) {
             self.read(&file, format!("the environment {}", file.display()));
         }
     }

@@ -1,12 +1,11 @@
 //! Where a picture comes from: the files that were read, with their hashes.
 
 use crate::input::Input;
-use manypass_scene::environment::files_of;
 use manypass_scene::stage::{is_stage, named_images, named_model};
 use manypass_scene::{formats, input_file};
 use serde::Serialize;
 use sha2::{Digest, Sha256};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// A file that was read.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -40,11 +39,11 @@ impl InputFile {
 }
 
 /// The stage if there is one, the model's own file, then those that it names, then images that the stage names; those
-/// that cannot be read are left out. Standard input and built-in scenes have none. Last comes the picture of the
+/// that cannot be read are left out. Standard input and built-in scenes have none. Last come `lights`, the files of the
 /// environment.
-pub fn input_files(input: &Input, environment: Option<&Path>) -> Vec<InputFile> {
+pub fn input_files(input: &Input, lights: &[PathBuf]) -> Vec<InputFile> {
     let mut files = model_files(input);
-    files.extend(environment.into_iter().flat_map(files_of).filter_map(|path| InputFile::read(&path)));
+    files.extend(lights.iter().filter_map(|path| InputFile::read(path)));
     files
 }
 
@@ -79,7 +78,7 @@ mod tests {
             r#"{"buffers":[{"uri":"a%20b.bin"},{"uri":"data:,x"}],"images":[{"uri":"gone.png"},{"uri":"a b.bin"}]}"#;
         std::fs::write(folder.join("m.gltf"), json).expect("written");
         std::fs::write(folder.join("a b.bin"), "abc").expect("written");
-        let files = input_files(&Input::File(folder.join("m.gltf")), None);
+        let files = input_files(&Input::File(folder.join("m.gltf")), &[]);
         assert_eq!(files.iter().map(|file| file.bytes).collect::<Vec<_>>(), [json.len() as u64, 3]);
         // The example of FIPS 180-4.
         assert_eq!(files[1].sha256, "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");

@@ -74,7 +74,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let (settings, effect_files) = chosen.settings(Settings::default(), None)?;
     job.check(&settings)?;
     job.read_views(args.cameras.as_deref())?;
-    let places = Places::new(args, &job, &inputs.items, (surroundings::file(&settings), &effect_files))?;
+    let places = Places::new(args, &job, &inputs.items, (&surroundings::files(&settings), &effect_files))?;
     let is_lines = inputs.is_batch || job.several.any();
     let open_report =
         || args.report.as_ref().map(|path| Report::create(path, is_lines, args.skip_existing)).transpose();

@@ -3,38 +3,94 @@
 
 use crate::failure::{Failure, Kind};
 use manypass::{Cache, Environment, Settings};
-use manypass_scene::{EnvironmentMap, Scene};
+use manypass_scene::environment::{BrdfTable, files_of, prefiltered_files};
+use manypass_scene::{EnvironmentError, EnvironmentMap, Scene};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// The picture that was read last: a batch has one for all of its inputs.
+/// What was read last: a batch has one for all of its inputs.
 #[derive(Debug)]
 pub struct Surroundings {
-    known: Option<(PathBuf, Arc<EnvironmentMap>)>,
+    known: Option<(Named, Arc<EnvironmentMap>)>,
+    known_table: Option<(PathBuf, Arc<BrdfTable>)>,
     /// Where coarser levels of meshes are looked for, and kept.
     cache: Option<Arc<dyn Cache>>,
 }
 
-/// The picture that `settings` name, if anything is lit by it.
-pub fn file(settings: &Settings) -> Option<&Path> {
-    let environment = &settings.environment;
-    let is_wanted = matches!(environment.source, Environment::Auto | Environment::File);
-    (is_wanted && !environment.file.as_os_str().is_empty()).then_some(&*environment.file)
+/// What settings name of the light around a scene, if anything is lit by it.
+#[derive(Clone, Debug, Default, PartialEq)]
+struct Named {
+    picture: Option<PathBuf>,
+    irradiance: Option<PathBuf>,
+    prefiltered: Option<PathBuf>,
+}
+
+fn named(path: &Path) -> Option<PathBuf> {
+    (!path.as_os_str().is_empty()).then(|| path.to_owned())
+}
+
+impl Named {
+    fn of(settings: &Settings) -> Self {
+        let environment = &settings.environment;
+        if !matches!(environment.source, Environment::Auto | Environment::File) {
+            return Self::default();
+        }
+        Self {
+            picture: named(&environment.file),
+            irradiance: named(&environment.irradiance_file),
+            prefiltered: named(&environment.prefiltered_file),
+        }
+    }
+
+    /// Whether a map is that, as stages bring it with the model.
+    fn is_of(&self, map: &EnvironmentMap) -> bool {
+        let is = |path: &Option<PathBuf>, name: Option<&str>| path.as_deref() == name.map(Path::new);
+        let irradiance = map.irradiance.as_ref().map(|of| of.name.as_str());
+        // Levels of the picture's own file are not named.
+        let levels = map.prefiltered.as_ref().map(|of| of.name.as_str());
+        let levels = levels.filter(|name| self.prefiltered.is_some() || *name != map.name);
+        let is_picture = self.picture.is_none() || is(&self.picture, Some(map.name.as_str()));
+        is_picture && is(&self.irradiance, irradiance) && is(&self.prefiltered, levels)
+    }
+
+    /// The picture with what is named of its light; none where that alone is named.
+    fn read(&self) -> Result<Option<EnvironmentMap>, EnvironmentError> {
+        let prefiltered = self.prefiltered.as_deref().map(EnvironmentMap::load_prefiltered).transpose()?;
+        let picture = self.picture.as_deref().map(EnvironmentMap::load_path).transpose()?;
+        let irradiance = self.irradiance.as_deref().map(EnvironmentMap::load_path).transpose()?;
+        let map = match (picture, prefiltered) {
+            (Some(picture), Some(prefiltered)) => Some(picture.with_prefiltered(prefiltered)),
+            (picture, prefiltered) => picture.or(prefiltered),
+        };
+        Ok(map.map(|map| match irradiance {
+            Some(irradiance) => map.with_irradiance(&irradiance),
+            None => map.with_sun_as_light(),
+        }))
+    }
+}
+
+/// The files that `settings` name of what lights a scene, as far as they are read.
+pub fn files(settings: &Settings) -> Vec<PathBuf> {
+    let Named { picture, irradiance, prefiltered } = Named::of(settings);
+    let pictures = [picture, irradiance].into_iter().flatten().flat_map(|path| files_of(&path));
+    let levels = prefiltered.into_iter().flat_map(|path| prefiltered_files(&path));
+    pictures.chain(levels).chain(named(&settings.environment.brdf_file)).collect()
 }
 
 impl Surroundings {
     /// Nothing read yet.
     pub fn new(cache: Option<Arc<dyn Cache>>) -> Self {
-        Self { known: None, cache }
+        Self { known: None, known_table: None, cache }
     }
 
-    /// Gives `scene` the picture that `settings` name, if they name one, and coarser levels of meshes where they ask
-    /// for some. Says what was changed, and what could not be done.
+    /// Gives `scene` the picture that `settings` name, if they name one, with what they name of its light, and coarser
+    /// levels of meshes where they ask for some. Says what was changed, and what could not be done.
     ///
     /// # Errors
-    /// No picture is named where one is wanted, or it cannot be read.
+    /// No picture is named where one is wanted, or a file cannot be read.
     pub fn prepare(&mut self, scene: &mut Scene, settings: &Settings) -> Result<Vec<String>, Failure> {
         let mut notes = self.surround(scene, settings)?;
+        scene.brdf = named(&settings.environment.brdf_file).map(|path| self.table(&path)).transpose()?;
         if settings.lod.simplify {
             notes.extend(scene.simplify_with(self.cache.as_deref()));
         }
@@ -42,22 +98,26 @@ impl Surroundings {
     }
 
     fn surround(&mut self, scene: &mut Scene, settings: &Settings) -> Result<Vec<String>, Failure> {
-        let Some(path) = file(settings) else {
+        let named = Named::of(settings);
+        if named == Named::default() {
             if settings.environment.source == Environment::File && scene.environment.is_none() {
                 let hint = "write --environment FILE.hdr, or --set environment.file=FILE.hdr";
                 return Err(Failure::usage("the environment is a file, and none is named", hint));
             }
             return Ok(Vec::new());
-        };
-        // Stages bring theirs with the model.
-        if scene.environment.as_ref().is_some_and(|map| Path::new(&map.name) == path) {
+        }
+        if scene.environment.as_ref().is_some_and(|map| named.is_of(map)) {
             return Ok(Vec::new());
         }
         let map = match &self.known {
-            Some((known, map)) if known == path => map.clone(),
+            Some((known, map)) if *known == named => map.clone(),
             _ => {
-                let map = Arc::new(read(path)?);
-                self.known = Some((path.to_owned(), map.clone()));
+                let Some(map) = named.read().map_err(unread)? else {
+                    let message = "environment.irradiance_file is the diffuse light of a picture, and none is named";
+                    return Err(Failure::usage(message, "name the picture as well: --environment FILE.hdr"));
+                };
+                let map = Arc::new(map);
+                self.known = Some((named, map.clone()));
                 map
             }
         };
@@ -65,11 +125,20 @@ impl Surroundings {
         scene.environment = Some(map);
         Ok(notes)
     }
+
+    fn table(&mut self, path: &Path) -> Result<Arc<BrdfTable>, Failure> {
+        if let Some((_, table)) = self.known_table.as_ref().filter(|(known, _)| known == path) {
+            return Ok(table.clone());
+        }
+        let hint = "name a .png, .hdr or .exr file: red and green over n·v to the right and roughness downwards";
+        let table = BrdfTable::load_path(path).map_err(|error| Failure::new(Kind::Failed, error, hint))?;
+        let table = Arc::new(table);
+        self.known_table = Some((path.to_owned(), table.clone()));
+        Ok(table)
+    }
 }
 
-fn read(path: &Path) -> Result<EnvironmentMap, Failure> {
-    EnvironmentMap::load_path(path).map(EnvironmentMap::with_sun_as_light).map_err(|error| {
-        let hint = "name an equirectangular .hdr or .exr file, a cube map in a .ktx2 file, or a folder with the six faces of a cube";
-        Failure::new(Kind::Failed, error, hint)
-    })
+fn unread(error: EnvironmentError) -> Failure {
+    let hint = "name an equirectangular .hdr or .exr file, a cube map in a .ktx2 file, or a folder with the six faces of a cube";
+    Failure::new(Kind::Failed, error, hint)
 }

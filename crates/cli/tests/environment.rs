@@ -271,3 +271,73 @@ fn coarser_levels_of_meshes_are_kept_in_the_same_place() {
         calls.into_iter().for_each(|call| assert!(call.join().expect("a picture") == truth));
     });
 }
+
+/// A PNG of one texel.
+fn texel(rgb: [u8; 3]) -> Vec<u8> {
+    let mut bytes = std::io::Cursor::new(Vec::new());
+    let picture = image::RgbImage::from_pixel(1, 1, image::Rgb(rgb));
+    picture.write_to(&mut bytes, image::ImageFormat::Png).expect("a PNG");
+    bytes.into_inner()
+}
+
+#[test]
+fn light_of_a_picture_comes_from_files_which_are_kept() {
+    let folder = folder("environment_light");
+    folder.write("blue.hdr", &picture(BLUE, BLUE));
+    folder.write("level_0.hdr", &picture(RED, RED));
+    folder.write("level_1.hdr", &picture(BLUE, BLUE));
+    // Nothing is mirrored.
+    folder.write("none.png", &texel([0, 0, 0]));
+    folder.write(
+        "in/light.stage.toml",
+        b"model = \"../m.glb\"\n[environment]\nfile = \"../red.hdr\"\nirradiance_file = \"../blue.hdr\"\nbrdf_file = \"../none.png\"\n",
+    );
+    let irradiance = ["--set", "environment.irradiance_file=blue.hdr"];
+    let table = ["--set", "environment.brdf_file=none.png"];
+    let call =
+        |input: &str, more: &[&str]| run_in(&folder, &[&["render", input, "--quiet"], &CAMERA[..], more].concat());
+    for args in [&irradiance[..], &["--environment", "red.hdr", "--set", "environment.prefiltered_file=blue.hdr"]] {
+        let replaced = call("m.glb", &[args, &["--report", "blue.hdr"]].concat()).expect(2);
+        assert!(replaced.stderr.contains("the environment blue.hdr") || replaced.stderr.contains("ends as an input"));
+    }
+    let replaced = call("in/light.stage.toml", &["-o", "none.png"]).expect(2);
+    assert!(replaced.stderr.contains("would replace the environment"), "{}", replaced.stderr);
+    if !has_adapter() {
+        return;
+    }
+    let report = |name: &str| -> Vec<String> {
+        let text = std::fs::read_to_string(folder.join(name)).expect("a report");
+        let report: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+        let files = report["input_files"].as_array().expect("files");
+        files.iter().map(|file| file["path"].as_str().unwrap_or_default().to_owned()).collect()
+    };
+    let named = ["--environment", "red.hdr", "-o", "set.png", "--report", "set.json"];
+    call("m.glb", &[&named[..], &irradiance, &table].concat()).expect(0);
+    let [matte, behind, _] = colours(&folder, "set.png");
+    // 0, 0.25 and 1 in sRGB, before the picture.
+    assert!(is_near(matte, [0, 137, 255]) && is_near(behind, [255, 137, 0]), "{matte:?} before {behind:?}");
+    assert_eq!(report("set.json"), ["m.glb", "red.hdr", "blue.hdr", "none.png"]);
+    call("in/light.stage.toml", &["-o", "stage.png"]).expect(0);
+    assert_eq!(colours(&folder, "stage.png"), colours(&folder, "set.png"));
+    // A picture that a flag names has its own light.
+    call("in/light.stage.toml", &["-o", "flag.png", "--environment", "sides.hdr"]).expect(0);
+    call("m.glb", &[&["-o", "own.png", "--environment", "sides.hdr"], &table[..]].concat()).expect(0);
+    assert_eq!(colours(&folder, "flag.png"), colours(&folder, "own.png"));
+    // Levels are the picture, too.
+    let levels = ["--set", "environment.prefiltered_file=level_{level}.hdr", "-o", "levels.png", "--report", "l.json"];
+    call("m.glb", &levels).expect(0);
+    let [_, behind, _] = colours(&folder, "levels.png");
+    assert!(is_near(behind, [255, 137, 0]), "{behind:?}");
+    assert_eq!(report("l.json"), ["m.glb", "level_0.hdr", "level_1.hdr"]);
+    for (args, code, message) in [
+        (["-o", "o.png", "--set", "environment.irradiance_file=blue.hdr"], 2, "and none is named"),
+        (["-o", "o.png", "--set", "environment.prefiltered_file=red.hdr"], 1, "it has one level"),
+        (["-o", "o.png", "--set", "environment.brdf_file=red.png"], 1, "environment \"red.png\""),
+        (["-o", "o.png", "--set", "environment.brdf_file=/dev/null"], 1, "not a regular file"),
+    ] {
+        if cfg!(unix) || !args[3].contains("/dev") {
+            let said = call("m.glb", &args).expect(code).stderr;
+            assert!(said.contains(message) && said.contains("hint:") && !folder.join("o.png").exists(), "{said}");
+        }
+    }
+}

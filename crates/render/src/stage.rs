@@ -11,8 +11,9 @@ use serde_json::{Map, Value, json};
 /// How a stage calls the environment of one colour, and the setting that it is.
 const COLOR: (&str, &str) = ("environment.color", "environment.source");
 
-/// The setting that is a path.
-const FILE: &str = "environment.file";
+/// The settings that are paths.
+const FILES: [&str; 4] =
+    ["environment.file", "environment.irradiance_file", "environment.prefiltered_file", "environment.brdf_file"];
 
 impl Settings {
     /// Takes the settings of a stage: of its tables `[environment]`, `[fog]`, `[effects]` and `[settings]`; those of
@@ -24,8 +25,8 @@ impl Settings {
         settings_of(stage)?.apply(|key, written| {
             let setting = if key == COLOR.0 { COLOR.1 } else { key };
             // Paths in a stage are seen from its folder.
-            let path = (key == FILE).then(|| stage.environment_path()).flatten();
-            let path = path.map(|path| Written::Text(path.to_string_lossy().into_owned()));
+            let name = written.text().filter(|name| FILES.contains(&key) && !name.is_empty());
+            let path = name.map(|name| Written::Text(stage.path_of(&name).to_string_lossy().into_owned()));
             let given = effect::set_of_file(self, effects, setting, path.as_ref().unwrap_or(written));
             given.map_err(|error| match error {
                 SettingsError::UnknownKey { key, .. } => {

@@ -5,11 +5,11 @@
 
 mod common;
 
-use common::levels::{SIDE, distance_m, lit, picture, put, request};
+use common::levels::{SIDE, distance_m, lit, outline_distance_m, picture, put, request};
 use common::{floats, ids, renderer};
-use glam::Vec3;
-use manypass::{Aov, FrameRequest, Path, Renderer};
-use manypass_scene::{Levels, Node, NodeId, Primitive, Scene, primitives};
+use glam::{Mat4, Quat, Vec3};
+use manypass::{Aov, FrameRequest, Path, Renderer, View};
+use manypass_scene::{Aabb, Levels, Mesh, Node, NodeId, Primitive, Projection, Scene, primitives};
 use manypass_testkit::compare::{Picture, assert_looks_same, flip};
 
 /// A body with hills, whose normals are those of its triangles.
@@ -69,6 +69,101 @@ fn each_size_shows_its_own_level() {
     // The finest at every size, if levels are not wanted.
     let request = request(distance_m(0.002)).with(|settings| settings.lod.enabled = false);
     assert!(picture(&mut renderer, &scene, &request) == picture(&mut renderer, &alone, &request));
+}
+
+/// A ball of 1 m: an icosahedron whose faces are cut in four, over and over. Every vertex lies on the sphere.
+fn icosphere(cuts: u32) -> Vec<[Vec3; 3]> {
+    let golden = f32::midpoint(1.0, 5f32.sqrt());
+    let corners: Vec<Vec3> = (0..12u32)
+        .map(|at| {
+            let sign = |bit: u32| if ((at % 4) >> bit) & 1 == 0 { 1.0f32 } else { -1.0 };
+            let corner = [0.0, sign(0), sign(1) * golden];
+            let turn = at as usize / 4;
+            Vec3::new(corner[turn], corner[(turn + 1) % 3], corner[(turn + 2) % 3]).normalize()
+        })
+        .collect();
+    // Corners of a face are neighbours, whose angle has this cosine.
+    let are_neighbours = |a: Vec3, b: Vec3| (a.dot(b) - 1.0 / 5f32.sqrt()).abs() < 1e-3;
+    let mut faces = Vec::new();
+    for (i, a) in corners.iter().enumerate() {
+        for (j, b) in corners.iter().enumerate().skip(i + 1).filter(|(_, b)| are_neighbours(*a, **b)) {
+            for c in corners.iter().skip(j + 1).filter(|c| are_neighbours(*a, **c) && are_neighbours(*b, **c)) {
+                let is_outwards = (*b - *a).cross(*c - *a).dot(*a) > 0.0;
+                faces.push(if is_outwards { [*a, *b, *c] } else { [*a, *c, *b] });
+            }
+        }
+    }
+    for _ in 0..cuts {
+        let cut = |[a, b, c]: [Vec3; 3]| {
+            let [ab, bc, ca] = [a + b, b + c, c + a].map(Vec3::normalize);
+            [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
+        };
+        faces = faces.into_iter().flat_map(cut).collect();
+    }
+    faces
+}
+
+fn primitive_of(faces: &[[Vec3; 3]]) -> Primitive {
+    let positions: Vec<[f32; 3]> = faces.iter().flatten().map(Vec3::to_array).collect();
+    let bounds = Aabb::from_points(faces.iter().flatten().copied());
+    Primitive { normals: positions.clone(), positions, bounds, ..Primitive::default() }
+}
+
+/// The level of a ball that a picture of 60 x 40 pixels shows; the coarser one, shown below a twentieth of it, is
+/// larger.
+fn shown_level(renderer: &mut Renderer, ball: &Node, meshes: &[Mesh; 2], projection: Projection, z_m: f32) -> usize {
+    let mut scene = lit();
+    scene.meshes = meshes.iter().map(|mesh| mesh.clone().into()).collect();
+    let coarser = NodeId(scene.nodes.len() as u32 + 1);
+    let levels = Levels { coarser: vec![coarser], screen_coverage: vec![0.05] };
+    scene.add_node(None, Node { levels: Some(levels), ..ball.clone() });
+    scene.nodes.push(Node { mesh: Some(1), ..ball.clone() });
+    scene.update_transforms();
+    let camera = View { world_from_view: Mat4::from_translation(Vec3::Z * z_m), projection };
+    let request = FrameRequest { width: 60, height: 40, camera, ..request(1.0) };
+    renderer.render(&scene, &request).unwrap();
+    level(renderer)
+}
+
+/// A share of the picture's area is that of the sphere's disc, in closed form: within 1 % of the distance.
+#[test]
+fn spheres_switch_at_the_share_of_the_picture_that_they_take() {
+    let faces = icosphere(2);
+    let (upper, lower): (Vec<_>, Vec<_>) =
+        faces.iter().copied().partition(|face| face.iter().map(|at| at.y).sum::<f32>() > 0.0);
+    let mesh = |primitives: Vec<Primitive>| Mesh { primitives, ..Mesh::default() };
+    let coarser = mesh(vec![primitives::cube(Vec3::splat(3.0))]);
+    // In one piece, and as two halves.
+    let whole = [mesh(vec![primitive_of(&faces)]), coarser.clone()];
+    let halves = [mesh(vec![primitive_of(&upper), primitive_of(&lower)]), coarser];
+    let turned = Quat::from_rotation_x(0.7) * Quat::from_rotation_z(0.4);
+    let node = |scale: Vec3, rotation: Quat| Node { mesh: Some(0), scale, rotation, ..Node::default() };
+    let mut renderer = renderer();
+    for (scale, rotation, meshes) in [
+        (Vec3::ONE, Quat::IDENTITY, &whole),
+        (Vec3::ONE, turned, &halves),
+        (Vec3::splat(0.02), turned, &whole),
+        (Vec3::new(1.0, 2.5, 0.5), turned, &whole),
+        (Vec3::new(40.0, 10.0, 10.0), Quat::IDENTITY, &halves),
+    ] {
+        let (ball, radius_m) = (node(scale, rotation), scale.max_element());
+        for fov_y_rad in [0.2f32, 0.8, 1.8] {
+            let projection = Projection::Perspective { fov_y_rad, near_m: 1e-3, far_m: None };
+            let distance_m = radius_m * outline_distance_m(0.05, 60 * 40, 40, fov_y_rad);
+            let shown =
+                [0.99, 1.01].map(|times| shown_level(&mut renderer, &ball, meshes, projection, times * distance_m));
+            assert_eq!(shown, [0, 1], "{scale}, {fov_y_rad} rad, {distance_m} m");
+        }
+        // From everywhere alike: pi r² of the picture's own area.
+        let area_m2 = std::f32::consts::PI * radius_m * radius_m / 0.05;
+        let height_m = (area_m2 * 40.0 / 60.0).sqrt();
+        let shown = [0.99, 1.01].map(|times| {
+            let height_m = height_m * times;
+            let projection = Projection::Orthographic { height_m, near_m: 1e-3, far_m: 1e3 };
+            shown_level(&mut renderer, &ball, meshes, projection, 100.0)
+        });
+        assert_eq!(shown, [0, 1], "{scale}, orthographic");
+    }
 }
 
 #[test]

@@ -4,15 +4,19 @@
 //! Values are linear radiance with the primaries of Rec. 709. Texels are kept as half floats, which is what devices
 //! take.
 
+mod brdf;
 mod cube;
 mod exr_file;
 mod ktx2;
+mod parts;
 mod radiance;
 pub mod suns;
 
+pub use brdf::BrdfTable;
 pub use cube::{CUBE_FACES, FACE_SIDE_MAX, face_files, files_of};
 pub use exr_file::{exr_fault, missing_channels};
-pub use ktx2::PrefilteredEnvironment;
+pub(crate) use parts::LEVEL;
+pub use parts::{LightPicture, PrefilteredEnvironment, prefiltered_files};
 
 use crate::ktx2::is_ktx2;
 use exr_file::{decode_exr, is_exr};
@@ -67,6 +71,8 @@ pub struct EnvironmentMap {
     pub peaks: Vec<(u32, Vec3)>,
     /// What rough surfaces reflect of it, where a file brings that; else the renderer works it out.
     pub prefiltered: Option<PrefilteredEnvironment>,
+    /// Irradiance divided by π by the direction of normals, where a file brings that; else the renderer works it out.
+    pub irradiance: Option<LightPicture>,
     /// The light that is not in the texels, if there is one.
     pub light: Option<EnvironmentLight>,
     /// What was changed when it was read; one line each.
@@ -133,6 +139,7 @@ impl EnvironmentMap {
             texels: (0..width * height).map(texel).collect(),
             peaks: Vec::new(),
             prefiltered: None,
+            irradiance: None,
             light: None,
             notes: Vec::new(),
         }
@@ -187,6 +194,7 @@ impl EnvironmentMap {
             texels,
             peaks,
             prefiltered: None,
+            irradiance: None,
             light: None,
             notes,
         }

@@ -8,7 +8,7 @@ pub struct Levels<T> {
     /// Finer ones first; level 0 is the node or the material itself, and is none of them.
     pub coarser: Vec<T>,
     /// The share of the picture's area down to which each level is shown, that of level 0 first; below the last,
-    /// nothing. What takes the area is the ball around the node. Where there are fewer than levels,
+    /// nothing. What takes the area is the ball around the finest level. Where there are fewer than levels,
     /// [`Self::end_coverage`] says how they go on.
     pub screen_coverage: Vec<f32>,
 }

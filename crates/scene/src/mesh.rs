@@ -1,6 +1,7 @@
 //! Geometry. Attributes are parallel arrays; strips, fans and loops are turned into lists when a file is read.
 
 use crate::Aabb;
+use glam::Vec3;
 
 /// What the indices (or, without indices, the vertices in order) form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -69,6 +70,15 @@ pub struct Primitive {
     pub levels: Vec<PrimitiveLevel>,
     /// The box around `positions`, before morphing and skinning.
     pub bounds: Aabb,
+}
+
+impl Primitive {
+    /// How far the farthest of `positions` lies from a place, in metres of object space; positions that are not finite
+    /// are passed over.
+    pub fn reach_m(&self, from: Vec3) -> f32 {
+        let squares = self.positions.iter().map(|position| Vec3::from(*position).distance_squared(from));
+        squares.filter(|square| square.is_finite()).fold(0.0, f32::max).sqrt()
+    }
 }
 
 impl Default for Aabb {

@@ -2,7 +2,7 @@
 
 use crate::capture::{LAYERS_DEFAULT, Mirror};
 use crate::decal::Decal;
-use crate::environment::EnvironmentMap;
+use crate::environment::{BrdfTable, EnvironmentMap};
 use crate::overlay::Overlay;
 use crate::particles::Particles;
 use crate::portal::Portal;
@@ -211,6 +211,8 @@ pub struct Scene {
     pub holds_baked_light: bool,
     /// Radiance from all directions, if the scene brings a picture of it.
     pub environment: Option<Arc<EnvironmentMap>>,
+    /// What surfaces mirror of light from everywhere, by angle and roughness; without one, the renderer's own table.
+    pub brdf: Option<Arc<BrdfTable>>,
     /// Flat surfaces that reflect what is before them.
     pub mirrors: Vec<Mirror>,
     /// Flat places that lead into each other.

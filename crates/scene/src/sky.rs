@@ -101,6 +101,7 @@ impl Sky {
             texels,
             peaks: Vec::new(),
             prefiltered: None,
+            irradiance: None,
             light: self.sun(&tables),
             notes: Vec::new(),
         }

@@ -17,7 +17,9 @@
 //! ```
 
 mod decals;
+mod heights;
 pub mod keys;
+mod light_files;
 mod lights;
 mod load;
 mod materials;
@@ -36,7 +38,7 @@ mod table;
 mod water;
 
 pub use load::{
-    LoadedStage, MAX_STAGE_BYTES, StageError, is_stage, load_bytes, load_path, named_effects, named_environment,
+    LoadedStage, MAX_STAGE_BYTES, StageError, is_stage, load_bytes, load_path, named_effects, named_environments,
     named_images, named_model,
 };
 
@@ -48,6 +50,7 @@ use keys::{
     DECALS, LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PARTICLES, PORTALS, PROBES, SETTINGS_TABLES,
     SIMULATIONS, SURROUNDINGS, StageTable, TABLES, WATER,
 };
+use light_files::LightFiles;
 use lights::LightEntry;
 use materials::{MaterialChange, StageImages};
 use mirrors::MirrorEntry;
@@ -71,7 +74,7 @@ use water::WaterEntry;
 pub struct Stage {
     source: Source,
     model: Placed<String>,
-    environment: Option<Placed<String>>,
+    light_files: LightFiles,
     lights: Vec<LightEntry>,
     nodes: Vec<NodeChange>,
     materials: Vec<MaterialChange>,
@@ -133,7 +136,7 @@ impl Stage {
                 _ => {}
             }
         }
-        let environment = environment_file(root);
+        let light_files = LightFiles::of(root);
         let lights = list(&source, root, &LIGHTS, LightEntry::read)?;
         let nodes = list(&source, root, &NODES, NodeChange::read)?;
         let materials = list(&source, root, &MATERIALS, MaterialChange::read)?;
@@ -151,7 +154,7 @@ impl Stage {
         let overlay = list(&source, root, &OVERLAY, OverlayEntry::read)?;
         Ok(Self {
             model,
-            environment,
+            light_files,
             lights,
             nodes,
             materials,
@@ -198,16 +201,17 @@ impl Stage {
 
     /// The picture of the environment, as it is written in `[environment]`: a path from the stage's folder.
     pub fn environment(&self) -> Option<&str> {
-        self.environment.as_ref().map(|file| &*file.value)
+        self.light_files.picture.as_ref().map(|file| &*file.value)
     }
 
-    /// Where that picture lies, seen from where [`Self::file`] is.
-    pub fn environment_path(&self) -> Option<PathBuf> {
-        self.environment().map(|name| self.path_of(name))
+    /// Whether its environment names a picture, or files of its light.
+    pub fn names_light(&self) -> bool {
+        self.light_files.names().next().is_some()
     }
 
     /// The images that its materials, decals and water name, the sprites and fonts of its overlay, and the files of its
-    /// simulations, as they are written: paths from the stage's folder. Each once.
+    /// simulations, and what its environment names beside the picture, as they are written: paths from the stage's
+    /// folder. Each once.
     pub fn images(&self) -> Vec<&str> {
         let of_materials = self.materials.iter().flat_map(MaterialChange::images);
         let of_overlay = self.overlay.iter().flat_map(OverlayEntry::files);
@@ -215,6 +219,7 @@ impl Stage {
         let of_decals = self.decals.iter().flat_map(DecalEntry::images);
         let mut names: Vec<&str> =
             of_materials.chain(of_water).chain(of_decals).chain(of_overlay).map(|name| name.value.as_str()).collect();
+        names.extend(self.light_files.single_files());
         names.extend(self.simulations.iter().filter_map(SimulationEntry::file));
         names.extend(self.particles.iter().filter_map(ParticlesEntry::file));
         names.sort_unstable();
@@ -223,7 +228,7 @@ impl Stage {
     }
 
     /// Where a file lies that the stage names, seen from where [`Self::file`] is.
-    fn path_of(&self, name: &str) -> PathBuf {
+    pub fn path_of(&self, name: &str) -> PathBuf {
         Path::new(self.file()).parent().unwrap_or(Path::new("")).join(name)
     }
 
@@ -296,11 +301,6 @@ impl Stage {
         Ok(warnings)
     }
 
-    /// An error at the name of the picture of the environment.
-    fn environment_fault(&self, message: impl std::fmt::Display) -> Box<Diagnostic> {
-        self.source.fault(self.environment.as_ref().map_or(0..0, |file| file.range.clone()), message)
-    }
-
     /// An error at the name of the model.
     fn model_fault(&self, message: impl std::fmt::Display) -> Box<Diagnostic> {
         self.source.fault(self.model.range.clone(), message)
@@ -326,17 +326,6 @@ fn document(source: &Source) -> Result<Spanned<DeTable<'_>>, Box<Diagnostic>> {
 
 fn value<'t, 'i>(table: &'t DeTable<'i>, name: &str) -> Option<&'t Spanned<DeValue<'i>>> {
     table.iter().find(|(key, _)| &**key.get_ref() == name).map(|(_, value)| value)
-}
-
-/// The picture that `[environment]` names, if it does. Settings are checked by whoever draws, but files are read with
-/// the scene.
-fn environment_file(root: &DeTable<'_>) -> Option<Placed<String>> {
-    let DeValue::Table(table) = value(root, "environment")?.get_ref() else { return None };
-    let file = value(table, "file")?;
-    match file.get_ref() {
-        DeValue::String(name) if !name.is_empty() => Some(Placed { value: name.to_string(), range: file.span() }),
-        _ => None,
-    }
 }
 
 /// The entries of a list of tables, if it is there.

@@ -79,8 +79,8 @@ pub fn stage_environment(bytes: &[u8]) -> Result<Option<String>, JsError> {
     Ok(parsed_stage(bytes)?.environment().map(str::to_owned))
 }
 
-/// The images that the materials of a stage name, and the sprites and fonts of its overlay: paths from the stage's own
-/// place.
+/// The images that the materials of a stage name, the sprites and fonts of its overlay, and the files of light that its
+/// environment names beside the picture: paths from the stage's own place.
 ///
 /// # Errors
 /// When the stage is wrong; the message names the place in it.

@@ -70,7 +70,7 @@ impl Batch<'_> {
         let files = self
             .report
             .as_ref()
-            .map(|_| input_files(&item.input, surroundings::file(&self.settings)))
+            .map(|_| input_files(&item.input, &surroundings::files(&self.settings)))
             .unwrap_or_default();
         scenes::show(&mut scene, self.args.frame.scene.as_deref(), &mut warnings)?;
         let (frame, job) = (&self.args.frame, self.job);

@@ -10,6 +10,7 @@ use crate::gpu::Gpu;
 use crate::record::directional_albedo_texels;
 use crate::resources::{Address, address_of};
 use half::f16;
+use manypass_scene::environment::BrdfTable;
 use manypass_scene::{Image, Pixels, Scene};
 use std::collections::BTreeMap;
 use std::sync::{Arc, LazyLock};
@@ -43,7 +44,7 @@ struct Texels {
 /// Where the images of decals lie.
 #[derive(Debug, Default)]
 pub(crate) struct DecalAtlas {
-    /// None where there are no images.
+    /// None where there are no images, and no table but the renderer's own.
     view: Option<wgpu::TextureView>,
     bytes: u64,
     /// x, y, width and height in texels, by the image's index.
@@ -52,6 +53,8 @@ pub(crate) struct DecalAtlas {
     made_of: Vec<(ImageUse, Address, Image)>,
     /// The largest side of an image that it was made for.
     side_max: u32,
+    /// The table of the scene that it holds.
+    brdf: Option<Arc<BrdfTable>>,
     warnings: Vec<String>,
 }
 
@@ -64,11 +67,13 @@ impl DecalAtlas {
         let images = wanted.iter().filter_map(|(index, of)| Some((*of, scene.images.get(*index)?)));
         let known = self.made_of.iter().map(|(of, address, _)| (*of, *address));
         let is_same = images.clone().map(|(of, image)| (of, address_of(image))).eq(known);
-        if is_same && self.side_max == side_max && self.places.keys().eq(wanted.iter()) {
+        let has_same_table = self.brdf.as_ref().map(Arc::as_ptr) == scene.brdf.as_ref().map(Arc::as_ptr);
+        if is_same && has_same_table && self.side_max == side_max && self.places.keys().eq(wanted.iter()) {
             return None;
         }
         let made_of = images.map(|(of, image)| (of, address_of(image), image.clone())).collect();
-        *self = Self { made_of, side_max, ..Self::new(gpu, scene, &wanted, side_max) };
+        let brdf = scene.brdf.clone();
+        *self = Self { made_of, side_max, brdf, ..Self::new(gpu, scene, &wanted, side_max) };
         Some(self.bytes)
     }
 
@@ -95,11 +100,11 @@ impl DecalAtlas {
         }
         let places: BTreeMap<(usize, ImageUse), [u32; 4]> = wanted.iter().map(|key| (*key, [0; 4])).collect();
         let mut atlas = Self { places, warnings, ..Self::default() };
-        if let Some(arranged) = arranged.filter(|_| !images.is_empty()) {
+        if let Some(arranged) = arranged.filter(|_| !images.is_empty() || scene.brdf.is_some()) {
             for ((key, texels), [x, y]) in images.iter().zip(&arranged.corners) {
                 atlas.places.insert(*key, [*x, *y, texels.width, texels.height]);
             }
-            let (view, bytes) = upload(gpu, images, &arranged);
+            let (view, bytes) = upload(gpu, images, &arranged, scene.brdf.as_deref());
             (atlas.view, atlas.bytes) = (Some(view), bytes);
         }
         atlas
@@ -110,7 +115,7 @@ impl DecalAtlas {
         self.places.get(&(image, of)).copied().filter(|[.., width, _]| *width > 0)
     }
 
-    /// The texture, whose lowest rows are the table of directional albedo; none without images.
+    /// The texture, whose lowest rows are the table of directional albedo; none without images and a table of a file.
     pub fn view(&self) -> Option<&wgpu::TextureView> {
         self.view.as_ref()
     }
@@ -273,6 +278,7 @@ fn upload<K>(
     gpu: &Gpu,
     images: Vec<(K, Texels)>,
     Arrangement { width, height, corners }: &Arrangement,
+    brdf: Option<&BrdfTable>,
 ) -> (wgpu::TextureView, u64) {
     let (width, height) = (*width, *height);
     let mip_level_count = (MIPS + 1).min(width.ilog2() + 1);
@@ -311,7 +317,7 @@ fn upload<K>(
         }
     }
     let side = DIRECTIONAL_ALBEDO_SIZE;
-    write(0, [0, height - side], (side, side), &directional_albedo_texels());
+    write(0, [0, height - side], (side, side), &directional_albedo_texels(brdf));
     let texels: u64 = (0..mip_level_count).map(|level| u64::from(width >> level) * u64::from(height >> level)).sum();
     (texture.create_view(&Default::default()), texels * 8)
 }

@@ -1,9 +1,10 @@
 //! Which items have levels of detail, and which a view shows.
 
+use super::ball::Ball;
 use super::list::Draw;
 use super::world::{Item, WorldDraws};
 use crate::levels::{Choice, Chooser, Group, Side, SurfaceForm, faded};
-use crate::resources::{GpuPrimitive, Instance};
+use crate::resources::{Geometry, GpuPrimitive, Instance};
 use glam::Vec3;
 use manypass_scene::{Aabb, LevelOf, Levels, Node, NodeId, Scene, Topology};
 use std::collections::HashMap;
@@ -65,45 +66,60 @@ impl MeshLevels {
     }
 }
 
-/// The group of something in a box.
-pub(super) fn group_of<T>(bounds: &Aabb, levels: &Levels<T>) -> Group {
+/// The group of something in a ball.
+pub(super) fn group_of<T>(ball: &Ball, levels: &Levels<T>) -> Group {
     let ends = (0..levels.count()).map(|level| levels.end_coverage(level)).collect();
-    let radius_m = bounds.radius_m();
-    Group { center: bounds.center(), radius_m, ends }
+    Group { center: ball.center, radius_m: ball.radius_m, ends }
 }
 
-/// The ball around an item.
+/// The ball around an item's box.
 fn ball_of(item: &Item) -> (Vec3, f32) {
     let bounds = &item.bounds_world;
     (bounds.center(), bounds.radius_m())
 }
 
-/// The groups of nodes with levels, while the boxes around them grow.
+/// The groups of nodes with levels, while what lies in them is found.
 #[derive(Debug, Default)]
 pub(super) struct NodeGroups {
     by_node: HashMap<NodeId, u32>,
-    bounds: Vec<(u32, Aabb)>,
+    balls: Vec<(LevelTag, Ball)>,
 }
 
 impl NodeGroups {
-    /// The tag of something of a level, which lies in a box.
-    pub fn add(&mut self, scene: &Scene, of: LevelOf, bounds: &Aabb, groups: &mut Vec<Group>) -> LevelTag {
-        let at = *self.by_node.entry(of.node).or_insert_with(|| {
+    /// The tag of a node of a level, with what `geometry` knows of its mesh.
+    pub fn add(
+        &mut self,
+        scene: &Scene,
+        of: LevelOf,
+        (node, geometry): (&Node, &Geometry),
+        groups: &mut Vec<Group>,
+    ) -> LevelTag {
+        let group = *self.by_node.entry(of.node).or_insert_with(|| {
+            let group = groups.len() as u32;
             let levels = scene.node(of.node).levels.as_ref();
-            self.bounds.push((groups.len() as u32, Aabb::EMPTY));
-            groups.extend(levels.map(|levels| group_of(&Aabb::EMPTY, levels)));
-            self.bounds.len() as u32 - 1
+            groups.extend(levels.map(|levels| group_of(&Ball::around(&Aabb::EMPTY), levels)));
+            group
         });
-        let (group, known) = &mut self.bounds[at as usize];
-        *known = known.union(bounds);
-        LevelTag { group: *group, level: of.level }
+        let tag = LevelTag { group, level: of.level };
+        if !node.bounds_world.is_empty() {
+            let rigid = node.mesh.and_then(|mesh| geometry.rigid(mesh));
+            self.balls.push((tag, Ball::of_node(node, rigid)));
+        }
+        tag
     }
 
-    /// All that is of any level was added.
-    pub fn close(self, groups: &mut [Group]) {
-        for (group, bounds) in self.bounds.iter().filter(|(_, bounds)| !bounds.is_empty()) {
-            let group = &mut groups[*group as usize];
-            (group.center, group.radius_m) = (bounds.center(), bounds.radius_m());
+    /// All that is of any level was added. A group is as large as its finest level: coarser ones stand for that.
+    pub fn close(mut self, groups: &mut [Group]) {
+        self.balls.sort_by_key(|(tag, _)| (tag.group, tag.level));
+        let mut last = None;
+        for of_level in self.balls.chunk_by(|(a, _), (b, _)| a == b) {
+            let tag = of_level[0].0;
+            if last.replace(tag.group) == Some(tag.group) {
+                continue;
+            }
+            let ball = Ball::around_all(of_level.iter().map(|(_, ball)| *ball));
+            let group = &mut groups[tag.group as usize];
+            (group.center, group.radius_m) = (ball.center, ball.radius_m);
         }
     }
 }

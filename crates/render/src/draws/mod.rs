@@ -1,5 +1,6 @@
 //! What a frame draws: the world's instances once, and for every view which of them it may show.
 
+mod ball;
 mod deformation;
 mod glass;
 mod leveled;

@@ -1,5 +1,6 @@
 //! The instances of a frame: every primitive of every visible node, posed once, in the order in which they are drawn.
 
+use super::ball::Ball;
 use super::deformation::{Deformation, Joints};
 use super::leveled::{ItemLevels, LevelTag, MeshLevels, NodeGroups, group_of};
 use super::{Axes, Faces, NORMAL_MAP, OCCLUSION_APART, PLACES_UVS, TEXTURED};
@@ -219,7 +220,7 @@ impl WorldDraws {
             if node.light.is_some() && of.is_none_or(|of| of.level == 0) {
                 self.lit.push(id);
             }
-            let level = of.map(|of| groups.add(scene, of, &node.bounds_world, &mut self.groups));
+            let level = of.map(|of| groups.add(scene, of, (node, &resources.geometry), &mut self.groups));
             if flat.contains(&id) {
                 self.flat_bounds_world = self.flat_bounds_world.union(&node.bounds_world);
             }
@@ -353,22 +354,24 @@ impl WorldDraws {
             // The same surface once for each of its materials, of which views show one.
             let group = self.groups.len() as u32;
             let all = std::iter::once(own).chain(coarser.coarser.iter().copied().map(Some)).enumerate();
-            let bounds = all.fold(Aabb::EMPTY, |_, (level, material)| {
+            for (level, material) in all {
                 let material = resources.materials.index(material);
                 let of_material = Some(LevelTag { group, level: level as u32 });
-                self.push(drawn(material), (id, place, material), ItemLevels { of_material, ..levels.clone() })
-            });
-            self.groups.push(group_of(&bounds, coarser));
+                self.push(drawn(material), (id, place, material), ItemLevels { of_material, ..levels.clone() });
+            }
+            let is_deformed = deformed.joints.is_some() || deformed.first_weight.is_some();
+            let rigid = (!is_deformed).then_some((&primitive.bounds, primitive.radius_m));
+            self.groups.push(group_of(&Ball::of_node(node, rigid), coarser));
         }
     }
 
-    /// Adds an item; gives the box around it.
+    /// Adds an item.
     fn push(
         &mut self,
         drawn: Drawn<'_>,
         (id, (mesh, index), material): (NodeId, (usize, usize), usize),
         levels: ItemLevels,
-    ) -> Aabb {
+    ) {
         let mut item =
             Item { mesh: mesh as u32, primitive: index as u32, material: material as u32, levels, ..drawn.item() };
         item.forms = drawn.forms(&item);
@@ -381,9 +384,7 @@ impl WorldDraws {
             let mesh = (mesh as u64) << 32 | (index as u64) << 1 | u64::from(item.mirrored);
             (program << 32 | material as u64, mesh)
         });
-        let bounds = item.bounds_world;
         self.posed.push(Posed { item, instance: drawn.instance(id) });
-        bounds
     }
 }
 

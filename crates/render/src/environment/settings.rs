@@ -16,6 +16,17 @@ settings! {
         /// An equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), of the light from all directions, or a cube
         /// map (.ktx2); or a folder with the six faces of a cube (px, nx, py, ny, pz, nz; .hdr, .exr, .png or .jpg).
         file: PathBuf = PathBuf::new();
+        /// The diffuse light of the picture, in place of what is worked out of it: what a white matte surface reflects
+        /// that faces a direction, irradiance divided by π. Any file that `environment.file` takes.
+        irradiance_file: PathBuf = PathBuf::new();
+        /// What rough surfaces reflect of the picture, in place of what is worked out of it, by perceptual roughness
+        /// from 0 to 1 in equal steps: a cube map with levels (.ktx2), or a picture for each, `room_{level}.hdr`, from
+        /// `room_0.hdr` on. Without `environment.file` the first level is the picture, too.
+        prefiltered_file: PathBuf = PathBuf::new();
+        /// The share of light from everywhere that surfaces mirror, in place of Manypass's own table: .png, .hdr or
+        /// .exr, linear; red is what f0 is multiplied by, green is added. Columns go by n·v from 0 at the left to 1,
+        /// rows by perceptual roughness from 0 at the top to 1.
+        brdf_file: PathBuf = PathBuf::new();
         /// By how much the picture is turned about the vertical, counter-clockwise seen from above.
         rotation_deg: f32 = 0.0, in -360.0..=360.0, unit "°";
         /// Multiplies the environment.

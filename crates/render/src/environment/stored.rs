@@ -34,6 +34,10 @@ pub(crate) fn name_of(gpu: &Gpu, map: &EnvironmentMap, (sides, has_suns): (TileS
     hasher.write(bytemuck::cast_slice(&map.texels));
     let prefiltered = map.prefiltered.iter().flat_map(|prefiltered| prefiltered.texels());
     prefiltered.for_each(|texels| hasher.write(bytemuck::cast_slice(texels)));
+    if let Some(irradiance) = &map.irradiance {
+        hasher.write(b"irradiance");
+        hasher.write(bytemuck::cast_slice(irradiance.texels()));
+    }
     map.peaks.iter().for_each(|(index, beyond)| (index, beyond.to_array().map(f32::to_bits)).hash(&mut hasher));
     format!("environment-{:016x}", hasher.finish())
 }

@@ -53,7 +53,7 @@ impl Choice {
     }
 }
 
-/// Something with levels of a file: what the ball around it takes of the picture says which is shown.
+/// Something with levels of a file: what the ball around its finest one takes of the picture says which is shown.
 #[derive(Clone, Debug)]
 pub(crate) struct Group {
     pub center: Vec3,
@@ -114,7 +114,10 @@ impl Chooser {
         if !self.is_enabled {
             return Choice::default();
         }
-        let radius_px = group.radius_m * self.px_per_m_at(group.center.distance(self.eye_world));
+        // The outline of a ball is where lines of sight touch it: its disc is as wide as a flat one there.
+        let distance_m = group.center.distance(self.eye_world);
+        let outline_m = ((distance_m - group.radius_m) * (distance_m + group.radius_m)).max(0.0).sqrt();
+        let radius_px = group.radius_m * self.px_per_m_at(outline_m);
         let coverage = std::f32::consts::PI * radius_px * radius_px / self.picture_px;
         // Sizes, whose squares areas are.
         let shrunk = |level: usize| (group.ends[level] / coverage.clamp(f32::MIN_POSITIVE, 1.0)).sqrt();
@@ -196,15 +199,20 @@ mod tests {
         let chosen = |distance_m: f32, settings: &LodSettings| {
             Chooser::new(&camera(distance_m), (200, 100), settings, std::slice::from_ref(&group)).groups[0].level
         };
-        // The radius in pixels of a ball whose disc is a quarter of the picture.
-        let radius_px = (0.25 * 200.0 * 100.0 / std::f32::consts::PI).sqrt();
-        let distance_m = 100.0 / (2.0 * 0.5f32.tan()) / radius_px;
-        assert_eq!(chosen(0.99 * distance_m, &settings), 0);
-        assert_eq!(chosen(1.01 * distance_m, &settings), 1);
-        assert_eq!(chosen(4.99 * distance_m, &settings), 1);
-        assert_eq!(chosen(5.01 * distance_m, &settings), 2);
-        assert_eq!(chosen(5.01 * distance_m, &LodSettings { enabled: false, ..settings.clone() }), 0);
-        assert_eq!(chosen(1.99 * distance_m, &LodSettings { bias: 1.0, ..settings }), 0);
+        // The disc of the ball is as wide as its tangent cone, whose sine is the radius by the distance.
+        let distance_m = |coverage: f32| {
+            let radius_px = (coverage * 200.0 * 100.0 / std::f32::consts::PI).sqrt();
+            1.0 / (radius_px * 2.0 * 0.5f32.tan() / 100.0).atan().sin()
+        };
+        assert_eq!(chosen(0.99 * distance_m(0.25), &settings), 0);
+        assert_eq!(chosen(1.01 * distance_m(0.25), &settings), 1);
+        assert_eq!(chosen(0.999 * distance_m(0.01), &settings), 1);
+        assert_eq!(chosen(1.001 * distance_m(0.01), &settings), 2);
+        assert_eq!(chosen(1.001 * distance_m(0.01), &LodSettings { enabled: false, ..settings.clone() }), 0);
+        // Twice as large is four times the area.
+        let twice = LodSettings { bias: 1.0, ..settings.clone() };
+        assert_eq!([0.999, 1.001].map(|times| chosen(times * distance_m(0.25 / 4.0), &twice)), [0, 1]);
+        assert_eq!(chosen(0.5, &settings), 0, "within the ball");
     }
 
     #[test]

@@ -5,6 +5,7 @@ use crate::constants::DIRECTIONAL_ALBEDO_SIZE;
 use crate::gpu::Gpu;
 use crate::resources::environment::{EnvironmentTiles, no_tiles};
 use crate::waves::waves_texture;
+use manypass_scene::environment::BrdfTable;
 use std::cell::OnceCell;
 
 /// A name of group 0. Its place in the list is its binding.
@@ -181,13 +182,20 @@ fn no_ids(gpu: &Gpu) -> wgpu::TextureView {
     texture.create_view(&Default::default())
 }
 
-/// The table of `build.rs` as half floats, which every backend can filter, four a texel.
-pub(crate) fn directional_albedo_texels() -> Vec<u16> {
-    let texel = |[scale, bias, sheen]: &[f32; 3]| [*scale, *bias, *sheen, 0.0].map(half_from_unit);
-    crate::shader::compose::DIRECTIONAL_ALBEDO.iter().flat_map(texel).collect()
+/// The table of `build.rs` as half floats, which every backend can filter, four a texel; scale and bias are those of
+/// `brdf` if there is one.
+pub(crate) fn directional_albedo_texels(brdf: Option<&BrdfTable>) -> Vec<u16> {
+    let last = DIRECTIONAL_ALBEDO_SIZE - 1;
+    let place = |at: u32| at as f32 / last as f32;
+    let texel = |(index, [scale, bias, sheen]): (u32, &[f32; 3])| {
+        let (column, row) = (index % DIRECTIONAL_ALBEDO_SIZE, index / DIRECTIONAL_ALBEDO_SIZE);
+        let [scale, bias] = brdf.map_or([*scale, *bias], |brdf| brdf.at(place(column), place(row)));
+        [scale, bias, *sheen, 0.0].map(half_from_unit)
+    };
+    (0..).zip(&crate::shader::compose::DIRECTIONAL_ALBEDO).flat_map(texel).collect()
 }
 
-/// That table alone, where there are no images of decals.
+/// That table alone, where there are no images of decals and no file brings another.
 fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
     let size =
         wgpu::Extent3d { width: DIRECTIONAL_ALBEDO_SIZE, height: DIRECTIONAL_ALBEDO_SIZE, depth_or_array_layers: 1 };
@@ -201,7 +209,7 @@ fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     });
-    let texels = directional_albedo_texels();
+    let texels = directional_albedo_texels(None);
     gpu.queue.write_texture(
         texture.as_image_copy(),
         bytemuck::cast_slice(&texels),
@@ -229,6 +237,46 @@ fn half_from_unit(value: f32) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::shader::compose::DIRECTIONAL_ALBEDO;
+    use half::f16;
+    use manypass_testkit::radiance_file::RadiancePicture;
+
+    /// Our own table as a file of 256 by 256 texels.
+    fn exported() -> BrdfTable {
+        const SIDE: usize = 256;
+        let (own, last) = (&DIRECTIONAL_ALBEDO, DIRECTIONAL_ALBEDO_SIZE as usize - 1);
+        let texel = |i: usize| {
+            let place = |at: usize| (at as f32 + 0.5) / SIDE as f32 * last as f32;
+            let (x, y) = (place(i % SIDE), place(i / SIDE));
+            let at = |x: usize, y: usize| own[y * (last + 1) + x];
+            [0, 1, 2].map(|channel: usize| {
+                let (left, top) = (x as usize, y as usize);
+                let [above, below] = [top, top + 1].map(|row| {
+                    let [a, b] = [left, left + 1].map(|column| at(column, row)[channel]);
+                    a + (b - a) * x.fract()
+                });
+                above + (below - above) * y.fract()
+            })
+        };
+        let pixels = (0..SIDE * SIDE).map(texel).collect();
+        let bytes = RadiancePicture { width: SIDE, height: SIDE, pixels }.to_exr();
+        BrdfTable::decode("own.exr", &bytes).expect("a table")
+    }
+
+    #[test]
+    fn a_file_of_our_own_table_is_our_own_table() {
+        let [own, read] = [None, Some(&exported())].map(directional_albedo_texels);
+        let value = |bits: &u16| f16::from_bits(*bits).to_f32();
+        let worst = own.iter().zip(&read).map(|(a, b)| (value(a) - value(b)).abs()).fold(0.0, f32::max);
+        // A step of a byte. Our table has corners, where its texels are, which lie between those of the file.
+        assert!(own.len() == read.len() && worst < 1.0 / 255.0, "{worst}");
+        let flat = BrdfTable::decode("flat.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x40\0\x81");
+        let flat = directional_albedo_texels(Some(&flat.expect("a table")));
+        let is_kept = |(of_file, own): (&[u16], &[u16])| {
+            [value(&of_file[0]), value(&of_file[1])] == [1.0, 0.5] && of_file[2..] == own[2..]
+        };
+        assert!(flat.chunks_exact(4).zip(own.chunks_exact(4)).all(is_kept), "the sheen stays our own");
+    }
 
     #[test]
     fn group_0_leaves_room() {

@@ -9,8 +9,8 @@ use glam::Vec3;
 use half::f16;
 use manypass_graph::TextureDesc;
 use manypass_scene::Cache;
+use manypass_scene::environment::RADIANCE_MAX;
 use manypass_scene::environment::suns::{Suns, suns};
-use manypass_scene::environment::{PrefilteredEnvironment, RADIANCE_MAX};
 use manypass_scene::{EnvironmentLight, EnvironmentMap};
 use std::sync::{Arc, Weak};
 
@@ -48,6 +48,8 @@ pub(crate) struct Unfinished {
     pub lobes: Vec<Lobe>,
     /// Whether the tiles between the mirror's and that of irradiance are there already.
     pub is_prefiltered: bool,
+    /// Whether that of irradiance is.
+    pub has_irradiance: bool,
     pub table: LobeTable,
 }
 
@@ -55,8 +57,8 @@ impl EnvironmentTiles {
     /// Of a map: as the cache has them, or yet to be drawn from its picture, which is uploaded.
     pub fn new(gpu: &Gpu, map: &Arc<EnvironmentMap>, cache: Option<&dyn Cache>) -> Self {
         let sides = TileSides::of_picture(map.width, gpu.capabilities.max_texture_size);
-        // A map with a light of its own has none in its texels, and what is prefiltered has its suns in its levels.
-        let has_suns = map.light.is_none() && map.prefiltered.is_none();
+        // A map with a light of its own has none in its texels, and what files bring beside it holds its suns.
+        let has_suns = map.light.is_none() && map.prefiltered.is_none() && map.irradiance.is_none();
         Self::with_sides(gpu, map, (sides, has_suns), cache)
     }
 
@@ -97,8 +99,16 @@ impl EnvironmentTiles {
                 missing: None,
             };
         }
+        let last = ENVIRONMENT_LEVEL_LAST as u32;
         if let Some(prefiltered) = &map.prefiltered {
-            write_prefiltered(gpu, &texture, sides, prefiltered);
+            // Not the last, which is that of irradiance, too: levels made elsewhere are often too few for it.
+            for level in 1..last {
+                let roughness = roughness_of_level(level as f32);
+                write_tile(gpu, &texture, Tile::of_level(level, sides), |to| prefiltered.reflected(to, roughness));
+            }
+        }
+        if let Some(irradiance) = &map.irradiance {
+            write_tile(gpu, &texture, Tile::of_level(last, sides), |to| irradiance.seen(to));
         }
         let picture_desc = TextureDesc::new_2d(picture_size.0, picture_size.1, ENVIRONMENT_FORMAT);
         let picture = create(gpu, "environment.picture", picture_desc, wgpu::TextureUsages::empty());
@@ -125,6 +135,7 @@ impl EnvironmentTiles {
                 table: LobeTable::new(gpu, &lobes),
                 lobes,
                 is_prefiltered: map.prefiltered.is_some(),
+                has_irradiance: map.irradiance.is_some(),
             }),
         }
     }
@@ -252,21 +263,16 @@ fn create(gpu: &Gpu, label: &str, desc: TextureDesc, usage: wgpu::TextureUsages)
     })
 }
 
-/// Writes the tiles between the mirror's and the last, which is that of irradiance, too: levels made elsewhere are
-/// often too few for it.
-fn write_prefiltered(gpu: &Gpu, texture: &wgpu::Texture, sides: TileSides, prefiltered: &PrefilteredEnvironment) {
-    for level in 1..ENVIRONMENT_LEVEL_LAST as u32 {
-        let tile = Tile::of_level(level, sides);
-        let roughness = roughness_of_level(level as f32);
-        let [left, top, width, height] = tile.rectangle();
-        let texel = |i: u32| {
-            let reflected = prefiltered.reflected(tile.direction([i % width, i / width]), roughness);
-            let [red, green, blue] = reflected.min(Vec3::splat(RADIANCE_MAX)).to_array().map(f16::from_f32);
-            [red, green, blue, f16::ONE]
-        };
-        let texels: Vec<[f16; 4]> = (0..width * height).map(texel).collect();
-        write_texels(gpu, (texture, [left, top]), (width, height), &texels);
-    }
+/// Writes a tile, with its border, of what `radiance` gives by direction.
+fn write_tile(gpu: &Gpu, texture: &wgpu::Texture, tile: Tile, radiance: impl Fn(Vec3) -> Vec3) {
+    let [left, top, width, height] = tile.rectangle();
+    let texel = |i: u32| {
+        let radiance = radiance(tile.direction([i % width, i / width]));
+        let [red, green, blue] = radiance.min(Vec3::splat(RADIANCE_MAX)).to_array().map(f16::from_f32);
+        [red, green, blue, f16::ONE]
+    };
+    let texels: Vec<[f16; 4]> = (0..width * height).map(texel).collect();
+    write_texels(gpu, (texture, [left, top]), (width, height), &texels);
 }
 
 fn write(gpu: &Gpu, texture: &wgpu::Texture, size: (u32, u32), texels: &[[f16; 4]]) {

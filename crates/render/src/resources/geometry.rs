@@ -53,6 +53,8 @@ pub(crate) struct GpuPrimitive {
     pub without_normals: bool,
     /// The box in object space.
     pub bounds: Aabb,
+    /// How far its farthest vertex lies from the middle of that box, in metres of object space; not deformed.
+    pub radius_m: f32,
     /// The boxes around its parts in object space, where it has many triangles and is not deformed.
     pub parts: Option<Arc<[Aabb]>>,
 }
@@ -90,12 +92,26 @@ fn parts_of(primitive: &Primitive) -> Option<Arc<[Aabb]>> {
     Some((0..corners).step_by(of_part).map(part).collect())
 }
 
+/// What [`GpuMesh::rigid`] is of a mesh.
+fn rigid_of(mesh: &Mesh) -> Option<(Aabb, f32)> {
+    if mesh.primitives.iter().any(is_deformed) {
+        return None;
+    }
+    let bounds = mesh.primitives.iter().fold(Aabb::EMPTY, |bounds, primitive| bounds.union(&primitive.bounds));
+    let center = bounds.center();
+    let reaches_m = mesh.primitives.iter().map(|primitive| primitive.reach_m(center));
+    Some((bounds, reaches_m.fold(0.0, f32::max)))
+}
+
 /// A mesh on the device.
 #[derive(Debug)]
 pub(crate) struct GpuMesh {
     /// What it was made from. As long as this is there, no other mesh takes its place in memory.
     source: Weak<Mesh>,
     pub primitives: Vec<GpuPrimitive>,
+    /// The box around all of it in object space, and how far its farthest vertex lies from the middle of that; none if
+    /// any of it is deformed.
+    rigid: Option<(Aabb, f32)>,
     warnings: Vec<String>,
 }
 
@@ -207,6 +223,13 @@ impl Geometry {
         self.of_mesh.get(mesh).map_or(&[], |range| &self.primitives[range.start as usize..range.end as usize])
     }
 
+    /// The box around a mesh of the scene in object space, and how far its farthest vertex lies from the middle of
+    /// that, in metres; none if any of it is deformed.
+    pub(crate) fn rigid(&self, mesh: usize) -> Option<(&Aabb, f32)> {
+        let (bounds, radius_m) = self.meshes.get(mesh)?.rigid.as_ref()?;
+        Some((bounds, *radius_m))
+    }
+
     /// The table of displacements.
     pub(crate) fn morph_displacements(&self) -> &DataTexture {
         &self.morphs.texture
@@ -288,7 +311,8 @@ impl Geometry {
 
     /// A mesh, and how many bytes of displacements it took.
     fn upload(&mut self, gpu: &Gpu, mesh: &Arc<Mesh>, expected: &mut Expected) -> (GpuMesh, u64) {
-        let mut uploaded = GpuMesh { source: Arc::downgrade(mesh), primitives: Vec::new(), warnings: Vec::new() };
+        let source = Arc::downgrade(mesh);
+        let mut uploaded = GpuMesh { source, primitives: Vec::new(), rigid: rigid_of(mesh), warnings: Vec::new() };
         let mut displacement_bytes = 0;
         for primitive in mesh.primitives.iter().filter(|primitive| !primitive.positions.is_empty()) {
             // They would be those of another mesh in the page.
@@ -356,6 +380,7 @@ impl Geometry {
             morph_count: 0,
             without_normals: primitive.topology != Topology::Triangles && primitive.normals.is_empty(),
             bounds: primitive.bounds,
+            radius_m: primitive.reach_m(primitive.bounds.center()),
             parts: if is_deformed { None } else { parts_of(primitive) },
         };
         if is_deformed {

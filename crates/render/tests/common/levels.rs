@@ -51,8 +51,15 @@ pub fn picture(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -
     Picture::from_rgba8(request.width as usize, request.height as usize, &renderer.read_display().unwrap())
 }
 
-/// Where the ball around the ball of 1 m covers that share of the picture: its box has corners.
+/// Where a ball of 1 m covers that share of the picture.
 pub fn distance_m(coverage: f32) -> f32 {
-    let radius_px = (coverage * (SIDE * SIDE) as f32 / std::f32::consts::PI).sqrt();
-    3f32.sqrt() * SIDE as f32 / (2.0 * 0.2618f32.tan()) / radius_px
+    outline_distance_m(coverage, SIDE * SIDE, SIDE, std::f32::consts::FRAC_PI_6)
+}
+
+/// How far from the eye a ball of 1 m covers a share of a picture of so many pixels: the half angle of the cone around
+/// it has a tangent of as many pixels as its disc's radius, and a sine of one divided by the distance.
+pub fn outline_distance_m(coverage: f32, pixels: u32, height_px: u32, fov_y_rad: f32) -> f32 {
+    let radius_px = (coverage * pixels as f32 / std::f32::consts::PI).sqrt();
+    let tangent = radius_px * 2.0 * (0.5 * fov_y_rad).tan() / height_px as f32;
+    1.0 / tangent.atan().sin()
 }

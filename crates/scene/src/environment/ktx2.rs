@@ -2,38 +2,13 @@
 //! perceptual roughness is the level divided by the number of the last one, as tools that prefilter write them.
 
 use super::cube::Cube;
+use super::parts::{Level, PrefilteredEnvironment};
 use super::{Decoded, EnvironmentError, EnvironmentMap, FACE_SIDE_MAX};
 use crate::ktx2::{Header, header, level};
-use glam::Vec3;
 use half::f16;
 
 /// The widest faces that are kept of levels below the first.
 const KEPT_SIDE_MAX: u32 = 512;
-
-/// What surfaces of more and more roughness reflect of an environment, seen along their normals: prefiltered by other
-/// tools.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PrefilteredEnvironment {
-    /// Of perceptual roughness from 0 to 1, in equal steps; two at least.
-    levels: Vec<Cube>,
-}
-
-impl PrefilteredEnvironment {
-    /// The radiance that a surface with the normal `direction`, of length 1, reflects to who looks along it, linear
-    /// Rec. 709. `roughness` is perceptual, from 0 to 1.
-    pub fn reflected(&self, direction: Vec3, roughness: f32) -> Vec3 {
-        let last = self.levels.len().saturating_sub(1);
-        let at = roughness.clamp(0.0, 1.0) * last as f32;
-        let (low, high) = (at as usize, (at as usize + 1).min(last));
-        let of = |index: usize| self.levels.get(index).map_or(Vec3::ZERO, |cube| cube.seen(direction));
-        of(low).lerp(of(high), at.fract())
-    }
-
-    /// All texels, for a hash.
-    pub fn texels(&self) -> impl Iterator<Item = &[Vec3]> {
-        self.levels.iter().flat_map(Cube::texels)
-    }
-}
 
 /// How texels lie in bytes: numbers of Vulkan.
 #[derive(Clone, Copy, Debug)]
@@ -146,13 +121,13 @@ pub(super) fn decode(name: &str, bytes: &[u8]) -> Result<EnvironmentMap, Environ
     let mut map = EnvironmentMap::of_cube(name, &first);
     if header.levels > 1 {
         let mut levels = Vec::with_capacity(header.levels as usize);
-        levels.push(Cube::made_smaller(&first, KEPT_SIDE_MAX).0);
+        levels.push(Level::Cube(Cube::made_smaller(&first, KEPT_SIDE_MAX).0));
         drop(first);
         for index in 1..header.levels {
             let faces = faces(bytes, &header, index).map_err(failed)?;
-            levels.push(Cube::made_smaller(&faces, KEPT_SIDE_MAX).0);
+            levels.push(Level::Cube(Cube::made_smaller(&faces, KEPT_SIDE_MAX).0));
         }
-        map.prefiltered = Some(PrefilteredEnvironment { levels });
+        map.prefiltered = Some(PrefilteredEnvironment { name: name.into(), levels });
     }
     Ok(map)
 }

@@ -54,10 +54,10 @@ pub fn suns(map: &EnvironmentMap) -> Suns {
 impl EnvironmentMap {
     /// Takes the sun out of the picture and makes it a light, which casts shadows, if the picture has one source that is
     /// small and strong enough: within 1.2° of its middle, and at least a fifth of the light on a plane that faces it. Of
-    /// several small sources none is taken, and what is prefiltered keeps its own.
+    /// several small sources none is taken, and what brings its own reflections or irradiance keeps its own.
     #[must_use]
     pub fn with_sun_as_light(mut self) -> Self {
-        if self.light.is_some() || self.prefiltered.is_some() {
+        if self.light.is_some() || self.prefiltered.is_some() || self.irradiance.is_some() {
             return self;
         }
         let mut cells = cells(&self);

@@ -10,7 +10,8 @@ use crate::tally::Tally;
 use crate::{AlphaMode, Image, Material, Sampler, TextureRef, TextureTransform, Wrap};
 use glam::{Vec2, Vec3};
 
-/// How high white lies over black by `-bm 1`, of the diagonal of the model's box: MTL gives the number no unit.
+/// How high white lies over black by `-bm 1`, and by a gain of 1, of the diagonal of the model's box: MTL gives the
+/// numbers no unit.
 const BUMP_OF_SIZE: f32 = 0.01;
 
 /// A file as a statement names it.
@@ -71,6 +72,7 @@ pub(super) struct Map {
     scale: Vec2,
     is_clamped: bool,
     strength: f32,
+    gain: f32,
 }
 
 /// A material as its statements say it.
@@ -91,13 +93,15 @@ pub(super) struct Definition {
     alpha_map: Option<Map>,
     emission_map: Option<Map>,
     bump_map: Option<Map>,
+    displacement_map: Option<Map>,
     normal_map: Option<Map>,
     roughness_map: Option<Map>,
     metallic_map: Option<Map>,
 }
 
 /// The names of the statements that name a texture which is read, in small letters.
-const MAPS: [&str; 8] = ["map_kd", "map_d", "map_ke", "map_bump", "bump", "norm", "map_pr", "map_pm"];
+const MAPS: [&str; 10] =
+    ["map_kd", "map_d", "map_ke", "map_bump", "bump", "norm", "map_pr", "map_pm", "disp", "map_disp"];
 
 /// What has no meaning in metallic-roughness: ambient light, which the environment is, its map, the models of lighting
 /// of 1990, and how an image is filtered.
@@ -165,6 +169,7 @@ impl Definition {
                     "norm" => self.normal_map = map,
                     "map_pr" => self.roughness_map = map,
                     "map_pm" => self.metallic_map = map,
+                    "disp" | "map_disp" => self.displacement_map = map,
                     _ => self.bump_map = map,
                 }
             }
@@ -211,7 +216,7 @@ impl Definition {
     /// The textures that are read, or would be if they could.
     pub(super) fn maps(&self) -> impl Iterator<Item = &Map> {
         let maps = [&self.color_map, &self.alpha_map, &self.emission_map, &self.bump_map, &self.normal_map];
-        maps.into_iter().chain([&self.roughness_map, &self.metallic_map]).flatten()
+        maps.into_iter().chain([&self.roughness_map, &self.metallic_map, &self.displacement_map]).flatten()
     }
 
     /// The material of metallic-roughness, with its textures. `has_colors` says that vertices bring colours, and
@@ -255,6 +260,7 @@ impl Definition {
                 None => {}
             }
         }
+        self.set_relief(&mut material, size_m, parts, &mut slot);
         self.set_gloss(&mut material, parts, &mut slot);
         self.set_color_and_alpha(&mut material, parts);
         let glow = if material.emissive_texture.is_some() { Vec3::ONE } else { Vec3::ZERO };
@@ -265,6 +271,28 @@ impl Definition {
             material.emissive_factor = Vec3::ZERO;
         }
         material
+    }
+
+    /// Heights of `disp` are relief; where black is high they bend normals alone, because relief lies below triangles.
+    fn set_relief(
+        &self,
+        material: &mut Material,
+        size_m: f32,
+        parts: &mut Parts,
+        slot: &mut dyn FnMut(&Option<Map>, &mut Parts) -> Option<TextureRef>,
+    ) {
+        let Some(displacement) = &self.displacement_map else { return };
+        let depth_m = displacement.gain * BUMP_OF_SIZE * size_m;
+        if depth_m == 0.0 || !depth_m.is_finite() {
+            return;
+        }
+        let Some(texture) = slot(&self.displacement_map, parts) else { return };
+        if material.height.is_some() {
+            parts.warn(format!("material \"{}\": disp takes the place of the heights of map_Bump", self.name));
+        }
+        let is_relief = depth_m > 0.0;
+        let method = if is_relief { HeightMethod::Occlusion } else { HeightMethod::Bump };
+        material.height = Some(HeightMap { texture, depth_m, method, self_shadow: is_relief });
     }
 
     /// Roughness and metal. The exponent of Blinn and Phong is n = 2 / α² − 2, as in docs/lighting.md.
@@ -377,8 +405,14 @@ fn color(rest: &[u8]) -> Result<[f32; 3], String> {
 
 /// A texture: options, then a name, which may have spaces in it.
 fn map(rest: &[u8], folder: &str) -> Result<Map, String> {
-    let mut map =
-        Map { name: Named::default(), offset: Vec2::ZERO, scale: Vec2::ONE, is_clamped: false, strength: 1.0 };
+    let mut map = Map {
+        name: Named::default(),
+        offset: Vec2::ZERO,
+        scale: Vec2::ONE,
+        is_clamped: false,
+        strength: 1.0,
+        gain: 1.0,
+    };
     let mut rest = rest;
     loop {
         let (option, after) = text::first_word(rest);
@@ -411,6 +445,8 @@ fn map(rest: &[u8], folder: &str) -> Result<Map, String> {
             b"-o" => map.offset = pair(0.0),
             b"-s" => map.scale = pair(1.0),
             b"-bm" => map.strength = numbers.first().copied().unwrap_or(1.0),
+            // What is added to texels moves all of a relief, whose white lies on the triangles here.
+            b"-mm" => map.gain = numbers.get(1).copied().unwrap_or(1.0),
             _ => {}
         }
     }

@@ -752,13 +752,14 @@ pub(super) const MATERIALS: StageTable = StageTable {
         key(
             "height_depth_m",
             StageType::Number { min: 0.0, is_above: true, max: 1e6 },
-            "How far below the triangles black lies, in metres of the mesh's own space.",
+            "How far below the triangles black lies, in metres of the mesh's own space. Without `height_map` it is that of \
+             heights that the model brings.",
         ),
         key(
             "height_method",
-            StageType::Word(super::materials::METHODS),
+            StageType::Word(super::heights::METHODS),
             "What is done with the heights: normals alone, one shift of all maps, coarse steps along the line of sight, or fine \
-             ones; occlusion.",
+             ones; occlusion. Without `height_map` it is done with heights that the model brings.",
         ),
         key(
             "self_shadow",

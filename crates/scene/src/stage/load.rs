@@ -1,13 +1,11 @@
 //! From a stage file to a scene: the model that it names, with what it changes.
 
 use super::keys::{DECALS, MATERIALS, OVERLAY, PARTICLES, SIMULATIONS, WATER};
-use super::{
-    Stage, decals, document, environment_file, materials::MAPS, overlay::FILES, simulations, table::Source, value,
-    water,
-};
+use super::light_files::{Found, InFolder, Light, LightFiles};
+use super::{Stage, decals, document, materials::MAPS, overlay::FILES, simulations, table::Source, value, water};
 use crate::formats;
 use crate::gltf_file::{LoadError, Loaded, read_file};
-use crate::{Diagnostic, EnvironmentMap, Scene, demo, input_file};
+use crate::{Diagnostic, Scene, demo, input_file};
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
 
@@ -72,18 +70,10 @@ pub fn load_path(path: &Path) -> Result<LoadedStage, StageError> {
         std::fs::metadata(model)
             .map_err(|error| stage.model_fault(format!("cannot read the model {}: {error}", model.display())))?;
     }
-    let environment = match stage.environment_path() {
-        Some(path) => {
-            std::fs::metadata(&path).map_err(|error| {
-                stage.environment_fault(format!("cannot read the environment {}: {error}", path.display()))
-            })?;
-            Some(EnvironmentMap::load_path(&path).map_err(|error| stage.environment_fault(error))?)
-        }
-        None => None,
-    };
     let folder = path.parent().unwrap_or(Path::new(""));
+    let light = stage.light_files.read(&stage.source, &mut InFolder(folder))?;
     let mut read = |name: &str| read_file(&folder.join(name));
-    with_model(stage, environment, |_, _| model.map(|model| formats::load_path(&model)), &mut read)
+    with_model(stage, light, |_, _| model.map(|model| formats::load_path(&model)), &mut read)
 }
 
 /// Reads a stage from memory. `resolve` fetches the model and images, by the names that the stage gives them, and the
@@ -102,20 +92,14 @@ pub fn load_bytes(
     }
     let text = std::str::from_utf8(bytes).map_err(|_| io(NO_TEXT.into()))?;
     let stage = Stage::parse(name, text)?;
-    let environment = match stage.environment() {
-        Some(name) => {
-            let bytes = resolve(name).map_err(|message| stage.environment_fault(message))?;
-            let path = stage.environment_path().unwrap_or_default().display().to_string();
-            Some(EnvironmentMap::decode(&path, &bytes).map_err(|error| stage.environment_fault(error))?)
-        }
-        None => None,
-    };
+    let folder = Path::new(name).parent().unwrap_or(Path::new(""));
+    let light = stage.light_files.read(&stage.source, &mut Found { folder, resolve: &mut *resolve })?;
     if stage.model().starts_with(DEMO) {
-        return with_model(stage, environment, |_, _| None, resolve);
+        return with_model(stage, light, |_, _| None, resolve);
     }
     let model = resolve(stage.model()).map_err(|message| stage.model_fault(message))?;
     let load = |stage: &Stage, resolve: &mut Resolve<'_>| Some(formats::load_bytes(&model, resolve, stage.model()));
-    with_model(stage, environment, load, resolve)
+    with_model(stage, light, load, resolve)
 }
 
 /// The model of a stage, as far as its text says one, whatever else is wrong with it: for whoever must not draw it
@@ -129,11 +113,13 @@ pub fn named_model(path: &Path) -> Option<PathBuf> {
     }
 }
 
-/// The picture of the environment that a stage names, as [`named_model`].
-pub fn named_environment(path: &Path) -> Option<PathBuf> {
-    let source = Source { file: String::new(), text: read_text(path).ok()? };
-    let file = environment_file(document(&source).ok()?.get_ref())?;
-    Some(path.parent().unwrap_or(Path::new("")).join(file.value))
+/// The picture of the environment that a stage names, and what else it names of its light, as [`named_model`].
+pub fn named_environments(path: &Path) -> Vec<PathBuf> {
+    let Ok(text) = read_text(path) else { return Vec::new() };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let source = Source { file: String::new(), text };
+    let Ok(document) = document(&source) else { return Vec::new() };
+    LightFiles::of(document.get_ref()).names().map(|name| folder.join(name)).collect()
 }
 
 /// The images that the materials and the water of a stage name, and the sprites and fonts of its overlay, and the files of its simulations, as [`named_model`].
@@ -200,7 +186,7 @@ type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
 /// The scene of the model that `load` gives, or of a built-in one, with the changes of the stage.
 fn with_model(
     stage: Stage,
-    environment: Option<EnvironmentMap>,
+    light: Light,
     load: impl FnOnce(&Stage, &mut Resolve<'_>) -> Option<Result<Loaded, LoadError>>,
     resolve: &mut Resolve<'_>,
 ) -> Result<LoadedStage, StageError> {
@@ -215,9 +201,12 @@ fn with_model(
         },
     };
     warnings.extend(stage.apply_with(&mut scene, resolve)?);
-    if let Some(map) = environment {
+    if let Some(map) = light.environment {
         warnings.extend(map.notes.iter().cloned());
-        scene.environment = Some(map.with_sun_as_light().into());
+        scene.environment = Some(map.into());
+    }
+    if let Some(table) = light.brdf {
+        scene.brdf = Some(table.into());
     }
     Ok(LoadedStage { scene, warnings, stage })
 }

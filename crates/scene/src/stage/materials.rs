@@ -1,27 +1,23 @@
 //! Materials that a stage changes: what casts shadows, and maps that the model has not.
 
+use super::heights::HeightChange;
 use super::names::Pattern;
 use super::table::{Placed, Source, Table};
 use crate::gltf_file::{MAX_FILE_BYTES, texel_budget_bytes};
-use crate::material::{DetailMaps, HeightMap, HeightMethod, LightEncoding, LightMap, Mapped};
+use crate::material::{DetailMaps, LightEncoding, LightMap, Mapped};
 use crate::{Diagnostic, Image, ImageSource, Material, Sampler, Scene, Texture, TextureRef, TextureTransform, Wrap};
 use glam::{Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
 
-/// The words of `height_method`.
-pub(super) const METHODS: &[&str] = &["bump", "parallax", "steep", "occlusion"];
 /// The words of `light_map_encoding`.
 pub(super) const ENCODINGS: &[&str] = &LightEncoding::NAMES;
 /// The words of `normal_convention`.
 pub(super) const CONVENTIONS: &[&str] = &["opengl", "directx"];
 
 /// Keys that say how a map is used, and the key of that map.
-const OF_MAPS: [(&str, &[&str]); 11] = [
+const OF_MAPS: [(&str, &[&str]); 8] = [
     ("occlusion_texcoord", &["occlusion_map"]),
     ("emissive_texcoord", &["emissive_map"]),
-    ("height_depth_m", &["height_map"]),
-    ("height_method", &["height_map"]),
-    ("self_shadow", &["height_map"]),
     ("detail_normal_scale", &["detail_normal_map"]),
     ("detail_scale", &["detail_normal_map", "detail_color_map"]),
     ("light_map_texcoord", &["light_map"]),
@@ -49,7 +45,7 @@ pub(super) struct MaterialChange {
     has_normals_down: Option<bool>,
     occlusion: Option<(Placed<String>, u32)>,
     emissive: Option<(Placed<String>, u32)>,
-    height: Option<(Placed<String>, HeightMap)>,
+    height: Option<HeightChange>,
     detail: Option<Detail>,
     light_map: Option<(Placed<String>, LightMap, u32)>,
     light_direction: Option<Placed<String>>,
@@ -81,10 +77,7 @@ impl MaterialChange {
                 return Err(table.fault(key, format!("the name of `{key}` is empty; name a file such as bricks.png")));
             }
         }
-        let height = match table.text("height_map") {
-            Some(map) => Some((map, read_height(table)?)),
-            None => None,
-        };
+        let height = HeightChange::read(table)?;
         let on_set = |map: &str, set: &str| -> Result<Option<(Placed<String>, u32)>, Box<Diagnostic>> {
             match table.text(map) {
                 Some(image) => Ok(Some((image, uv_set(table, set, 1)?))),
@@ -121,7 +114,7 @@ impl MaterialChange {
     pub(super) fn images(&self) -> impl Iterator<Item = &Placed<String>> {
         let of_detail = self.detail.iter().flat_map(|detail| detail.normal.iter().chain(&detail.color));
         let others = self.occlusion.iter().chain(&self.emissive).map(|(image, _)| image);
-        let of_height = self.height.iter().map(|(image, _)| image);
+        let of_height = self.height.iter().filter_map(|height| height.image.as_ref());
         let of_light = self.light_map.iter().map(|(image, ..)| image);
         others.chain(of_height).chain(of_detail).chain(of_light).chain(&self.light_direction)
     }
@@ -163,6 +156,10 @@ impl MaterialChange {
             let known = scene.materials.iter().map(|material| material.name.as_str());
             return Err(source.unknown(self.names.range.clone(), message, pattern.text(), known));
         }
+        if let Some(height) = &self.height {
+            let materials = found.iter().filter_map(|index| scene.materials.get(*index));
+            height.check(source, materials, pattern)?;
+        }
         for index in &found {
             let Some(mut material) = scene.materials.get(*index).cloned() else { continue };
             self.change(&mut material, &mut |image, wrap| images.texture(scene, image, wrap));
@@ -189,9 +186,12 @@ impl MaterialChange {
         }
         // Heights lie as what they belong to.
         let placed = material.base_color_texture.or(material.normal_texture).unwrap_or(unplaced(0));
-        if let Some((image, height)) = &self.height {
-            let texture = TextureRef { texture: texture(image, Wrap::Repeat), ..placed };
-            material.height = Some(HeightMap { texture, ..*height });
+        if let Some(height) = &self.height {
+            let image = height.image.as_ref();
+            let texture = image.map(|image| TextureRef { texture: texture(image, Wrap::Repeat), ..placed });
+            let own = material.height.map(|own| (own.texture, Some(own)));
+            let found = texture.map(|texture| (texture, None)).or(own);
+            material.height = found.map(|(texture, own)| height.of(texture, own));
         }
         if let Some(detail) = &self.detail {
             let transform = TextureTransform { scale: Vec2::splat(detail.repeats), ..TextureTransform::default() };
@@ -227,7 +227,7 @@ impl MaterialChange {
             self.light_map.as_ref().map(|(image, _, set)| (image, *set)),
             self.occlusion.as_ref().map(|(image, set)| (image, *set)),
             self.emissive.as_ref().map(|(image, set)| (image, *set)),
-            self.height.as_ref().map(|(image, _)| image).zip(set_of_height),
+            self.height.as_ref().and_then(|height| height.image.as_ref()).zip(set_of_height),
         ];
         let maps = with_sets.into_iter().flatten().chain(of_detail.zip(set_of_detail.into_iter().cycle()));
         // A material may be shown in a variant alone, or where the surface is small.
@@ -260,26 +260,6 @@ impl MaterialChange {
         };
         maps.filter(|(_, set)| is_missing[usize::from(*set != 0)]).map(of_map).collect()
     }
-}
-
-fn read_height(table: &Table<'_>) -> Result<HeightMap, Box<Diagnostic>> {
-    let depth_m = table.number("height_depth_m").ok_or_else(|| {
-        table.fault("height_map", "`height_map` needs `height_depth_m`: how deep below the surface a height of 0 lies")
-    })?;
-    let word = table.text("height_method").map_or_else(|| "occlusion".to_owned(), |word| word.value);
-    let method = match word.as_str() {
-        "bump" => HeightMethod::Bump,
-        "parallax" => HeightMethod::Parallax,
-        "steep" => HeightMethod::Steep,
-        _ => HeightMethod::Occlusion,
-    };
-    let has_steps = matches!(method, HeightMethod::Steep | HeightMethod::Occlusion);
-    if table.boolean("self_shadow") == Some(true) && !has_steps {
-        let message = format!("`self_shadow` needs the method \"steep\" or \"occlusion\", not \"{word}\"");
-        return Err(table.fault("self_shadow", message));
-    }
-    let self_shadow = table.boolean("self_shadow").unwrap_or(method == HeightMethod::Occlusion);
-    Ok(HeightMap { texture: unplaced(0), depth_m, method, self_shadow })
 }
 
 /// A UV set: 0 or 1.

@@ -117,6 +117,29 @@ fn materials_become_those_of_metallic_roughness() {
 }
 
 #[test]
+fn displacement_is_relief() {
+    let library = "newmtl wall\ndisp -mm 0.5 3 h.png\nmap_Bump n.png\nnewmtl both\nmap_Bump h.png\nmap_disp h.png\n\
+        newmtl hollow\ndisp -mm 0 -2 h.png\nnewmtl flat\ndisp -mm 0 0 h.png\n";
+    let uses: String =
+        ["wall", "both", "hollow", "flat"].iter().map(|name| format!("usemtl {name}\nf 1/1 2/2 3/1\n")).collect();
+    let text = format!("mtllib m.mtl\n{SQUARE}{uses}");
+    let files = [("m.mtl", library.as_bytes()), ("h.png", &png([90; 3])), ("n.png", &png([128, 128, 255]))];
+    let loaded = load_with("a.obj", text.as_bytes(), &files);
+    check(&loaded);
+    let heights: Vec<_> = loaded.scene.materials.iter().map(|material| material.height).collect();
+    let [Some(wall), Some(both), Some(hollow), None] = heights[..] else { panic!("{heights:?}") };
+    // Hundredths of the diagonal of a square of a metre.
+    for (height, hundredths) in [(wall, 3.0), (both, 1.0)] {
+        assert!((height.depth_m - 0.01 * hundredths * 2f32.sqrt()).abs() < 1e-6, "{height:?}");
+        assert!(height.method == HeightMethod::Occlusion && height.self_shadow, "{height:?}");
+    }
+    assert!(hollow.method == HeightMethod::Bump && hollow.depth_m < 0.0 && !hollow.self_shadow, "{hollow:?}");
+    assert!(loaded.scene.materials[0].normal_texture.is_some(), "normals of map_Bump stay beside it");
+    let said = "material \"both\": disp takes the place of the heights of map_Bump";
+    assert_eq!(loaded.warnings.iter().filter(|warning| warning.contains(said)).count(), 1, "{:?}", loaded.warnings);
+}
+
+#[test]
 fn what_is_wrong_is_said_with_its_line() {
     let with = |rest: &str| refusal("a.obj", format!("{SQUARE}{rest}\n").as_bytes());
     assert!(with("f 1 2 5").contains("line 8: v 5 is named, and the file has 4"));

@@ -108,11 +108,14 @@ pub(crate) fn record(
     let mirror = Tile::of_level(0, tiles.sides);
     let step = r.fullscreen("environment.mirror", "environment_mirror", &[]).read("equirectangular", picture);
     let step = step.uniform("environment_tile", &TileUniform::new(mirror)).within(mirror.rectangle());
-    let load = if unfinished.is_prefiltered { ColorLoad::Keep } else { ColorLoad::Clear(wgpu::Color::BLACK) };
+    // What files bring is there already.
+    let Unfinished { is_prefiltered, has_irradiance, .. } = *unfinished;
+    let is_kept = is_prefiltered || has_irradiance;
+    let load = if is_kept { ColorLoad::Keep } else { ColorLoad::Clear(wgpu::Color::BLACK) };
     let mut target = step.draw_into(target, load)?;
-    // What a file brings prefiltered is there already.
-    let skipped = if unfinished.is_prefiltered { lobes.len() - 1 } else { 0 };
-    for (row, lobe) in (0..).zip(lobes).skip(skipped) {
+    let last = lobes.len() as u32 - 1;
+    let is_drawn = |row: u32| if row == last { !has_irradiance } else { !is_prefiltered };
+    for (row, lobe) in (0..).zip(lobes).filter(|(row, _)| is_drawn(*row)) {
         let tile = Tile::of_level(row + 1, tiles.sides);
         target = prefilter(r, (&source, table), (row, lobe), tile, target)?;
     }
