@@ -1,6 +1,7 @@
 import type { Backend, ContextLostError, DisposedError, Viewer as Module } from "./manypass_raw.js";
 
 export * from "./manypass_raw.js";
+export type { BuiltInEffectName, QualityName, Settings, VariableName } from "./manypass_settings.js";
 export { default } from "./manypass_raw.js";
 
 type Slow = "pick" | "pixels" | "radiance" | "refine" | "render" | "variable";
