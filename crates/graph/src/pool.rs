@@ -279,6 +279,11 @@ impl Histories {
         std::mem::take(&mut self.given_back)
     }
 
+    /// Whether `texture` carries what frames wrote to the next one.
+    pub(crate) fn hold(&self, texture: &wgpu::Texture) -> bool {
+        self.pairs.values().any(|pair| pair.textures.contains(texture))
+    }
+
     pub(crate) fn bytes(&self) -> u64 {
         self.pairs.values().map(|pair| 2 * pair.desc.bytes()).sum()
     }

@@ -28,6 +28,7 @@ mod water;
 
 pub use reading::RenderedView;
 
+use crate::aov::AovTextures;
 use crate::decals;
 use crate::draws::WorldDraws;
 use crate::effect::WgslEffect;
@@ -256,8 +257,10 @@ impl Renderer {
 
     fn forget_variables_of(&mut self, is_wanted: impl Fn(&str) -> bool) {
         let of_views = self.views.iter_mut().filter(|(name, _)| is_wanted(name));
-        if of_views.filter_map(|(_, view)| view.aovs.take()).count() > 0 {
+        let forgotten: Vec<_> = of_views.filter_map(|(_, view)| view.aovs.take()).collect();
+        if !forgotten.is_empty() {
             self.bind_groups.clear();
+            self.executor.destroy_released(forgotten.iter().flat_map(AovTextures::all));
             self.gpu.wait();
         }
     }

@@ -9,7 +9,7 @@ use super::probes::{PlacedProbes, ProbeTexels};
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
 use crate::environment::{Background, EnvironmentUniform};
 use crate::frame;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, destroy};
 use crate::passes::resolve::PixelSamples;
 use crate::probes::{self, ProbeLayout};
 use crate::record::{Frame, PreparedView, Recorder};
@@ -284,6 +284,9 @@ impl Renderer {
         let state = &mut self.surroundings;
         let is_known = state.texture.as_ref().is_some_and(|tiles| tiles.atlas == atlas);
         if !is_known && !is_plan {
+            if let Some(former) = state.texture.take() {
+                destroy(&former.view);
+            }
             let view = create(&self.gpu, &atlas);
             state.texture = Some(Tiles { atlas, view, copied: None, pictures: Default::default() });
             state.probes = ProbeTexels::default();

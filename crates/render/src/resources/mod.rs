@@ -31,8 +31,8 @@ pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDE
 
 use crate::constants::DATA_WIDTH;
 use crate::decals::DecalAtlas;
-use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
+use crate::gpu::{Gpu, destroy};
 use crate::surroundings::known_surroundings;
 use environment::EnvironmentTiles;
 use manypass_scene::Cache;
@@ -187,7 +187,9 @@ impl SceneResources {
         let pictures = known_surroundings(scene).filter_map(|of| of.picture.as_ref());
         let count = self.environments.len();
         let all = maps.map(|map| (map, false)).chain(pictures.map(|map| (map, true)));
-        self.environments.retain(|tiles| all.clone().any(|(map, is_of_place)| tiles.are_of(map, is_of_place)));
+        let is_gone =
+            |tiles: &mut EnvironmentTiles| !all.clone().any(|(map, is_of_place)| tiles.are_of(map, is_of_place));
+        self.environments.extract_if(.., is_gone).for_each(|tiles| destroy(&tiles.view));
         followed.has_moved |= self.environments.len() < count;
         for (map, is_of_place) in all {
             if !self.environments.iter().any(|tiles| tiles.are_of(map, is_of_place)) {
