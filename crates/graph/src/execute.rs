@@ -168,6 +168,12 @@ impl Executor {
         }
     }
 
+    /// Frees all textures at once, where the device goes on without the executor.
+    pub fn destroy(self) {
+        self.pool.destroy();
+        self.histories.destroy();
+    }
+
     /// Memory of all textures that the executor holds.
     pub fn pool_bytes(&self) -> u64 {
         self.pool.bytes() + self.histories.bytes()

@@ -20,6 +20,7 @@ mod reading;
 mod recording;
 mod run;
 mod shadows;
+mod shared;
 mod simulations;
 mod surroundings;
 mod temporal;
@@ -27,6 +28,8 @@ mod variables;
 mod water;
 
 pub use reading::RenderedView;
+#[cfg(target_arch = "wasm32")]
+pub use shared::Pipelines;
 
 use crate::aov::AovTextures;
 use crate::decals;
@@ -51,6 +54,7 @@ use manypass_scene::capture::MONITORS_MAX;
 use manypass_scene::{NodeId, Scene};
 use output::ViewState;
 use shadows::ShadowState;
+use shared::Shared;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -60,8 +64,8 @@ pub const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Draws scenes. It may be moved to another thread.
 pub struct Renderer {
     gpu: Gpu,
-    shaders: Shaders,
-    surface_pipelines: SurfacePipelines,
+    shaders: Shared<Shaders>,
+    surface_pipelines: Shared<SurfacePipelines>,
     executor: Executor,
     tables: FrameTables,
     uniforms: UniformArena,
@@ -159,8 +163,8 @@ impl Renderer {
     /// None today; a renderer may refuse a device.
     pub fn new(gpu: Gpu) -> Result<Self, RenderError> {
         Ok(Self {
-            shaders: Shaders::new(&gpu.device),
-            surface_pipelines: SurfacePipelines::default(),
+            shaders: Shaders::new(&gpu.device).into(),
+            surface_pipelines: SurfacePipelines::default().into(),
             executor: Executor::new(&gpu.device, &gpu.queue),
             tables: FrameTables::new(&gpu),
             uniforms: UniformArena::new(&gpu.device),

@@ -33,10 +33,13 @@ export class Viewer extends EventTarget {
    * WebGPU four times within 11 seconds. Rejects with a `ContextLost` when there is none; resolves at once when nothing is lost.
    */
   restore(): Promise<void>;
-  /** Frees the GPU's memory and lets go of the canvas, whatever is under way: that rejects with a `Disposed`. Once is enough. */
+  /**
+   * Frees the GPU's memory and lets go of the canvas, whatever is under way: that rejects with a `Disposed`. Once is enough. `create`
+   * may bind the canvas again.
+   */
   dispose(): void;
 }
-export class ContextLost extends Error implements ContextLostError { name: "ContextLost"; }
+export class ContextLost extends Error implements ContextLostError { name: "ContextLost"; reason: ContextLostError["reason"]; }
 export class Disposed extends Error implements DisposedError { name: "Disposed"; }
 
 /**

@@ -92,7 +92,14 @@ export interface OverlayItem {
  * What calls reject with when the WebGL context or the WebGPU device was lost, those that were under way at once and later ones
  * until the viewer is restored. The viewer restores itself: model, options and effects are as before, simulations begin anew.
  */
-export interface ContextLostError extends Error { name: "ContextLost"; }
+export interface ContextLostError extends Error {
+  name: "ContextLost";
+  /**
+   * `too-many-contexts`: browsers give a page so many WebGL contexts (Chromium 16, on Android 8) and take the oldest for one more. The
+   * viewer restores itself when another one is disposed of. Viewers on WebGPU share a device, and there is no such limit.
+   */
+  reason: "too-many-contexts" | "unknown";
+}
 /** What calls of a viewer reject with that was disposed of. */
 export interface DisposedError extends Error { name: "Disposed"; }
 /** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */

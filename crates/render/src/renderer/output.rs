@@ -296,7 +296,7 @@ impl Output {
 
     /// Frees the textures at once. Browsers free what is only dropped when they collect garbage, so that a window that is
     /// resized would pile up the textures of every size it had.
-    fn destroy(self) {
+    pub fn destroy(self) {
         let sums = [self.sums, self.radiance_sums, self.glow_sums, self.tint_sums].into_iter().flatten();
         for kept in sums.chain(self.settling.into_iter().flatten()).chain([self.display]) {
             kept.texture.destroy();
@@ -395,6 +395,12 @@ mod tests {
         }
         for (what, texture) in &former {
             assert!(is_destroyed(renderer.gpu(), texture), "{what}: only dropped");
+        }
+        // Others go on with the device.
+        let gpu = renderer.gpu().clone();
+        renderer.destroy();
+        for (what, texture) in &held {
+            assert!(is_destroyed(&gpu, texture), "{what}: left on the device");
         }
     }
 }

@@ -149,6 +149,11 @@ impl SurroundingsState {
     pub fn clear(&mut self) {
         *self = Self::default();
     }
+
+    /// The texture of all tiles, once there is one.
+    pub fn texture(&self) -> Option<&wgpu::TextureView> {
+        self.texture.as_ref().map(|tiles| &tiles.view)
+    }
 }
 
 /// What is wrong with surroundings of a scene, which are not drawn then.

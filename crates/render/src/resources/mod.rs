@@ -201,6 +201,14 @@ impl SceneResources {
         followed
     }
 
+    /// Gives back at once what the scene takes; nothing of it is drawn any more.
+    pub fn destroy(&self) {
+        self.textures.views().chain(self.environments.iter().map(|tiles| &tiles.view)).for_each(destroy);
+        for pages in [&self.geometry.vertices, &self.geometry.skins, &self.geometry.indices] {
+            pages.destroy();
+        }
+    }
+
     /// Makes what of materials is drawn where surfaces are seen small, for frames that want it. Says how many bytes
     /// that uploaded.
     pub fn reduce_materials(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {

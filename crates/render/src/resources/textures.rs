@@ -192,6 +192,11 @@ impl Textures {
         self.uploaded.values().flat_map(|uploaded| &uploaded.warnings)
     }
 
+    /// All textures of the scene.
+    pub fn views(&self) -> impl Iterator<Item = &wgpu::TextureView> {
+        self.uploaded.values().filter_map(|uploaded| uploaded.view.as_ref())
+    }
+
     /// Bytes of all textures.
     pub fn bytes(&self) -> u64 {
         self.uploaded.values().map(|uploaded| uploaded.bytes).sum()
