@@ -10,6 +10,7 @@ mod fisheye;
 mod ground;
 mod lit;
 mod live_probes;
+mod loading;
 mod metering;
 mod mirrors;
 mod output;

@@ -4,7 +4,7 @@ export * from "./manypass_raw.js";
 export type { BuiltInEffectName, QualityName, Settings, VariableName } from "./manypass_settings.js";
 export { default } from "./manypass_raw.js";
 
-type Slow = "pick" | "pixels" | "radiance" | "refine" | "render" | "variable";
+type Slow = "loadBeforeImages" | "pick" | "pixels" | "radiance" | "refine" | "render" | "variable";
 type Answers = "exposure" | "info" | "missingImages" | "modelRadius" | "moves" | "scenes" | "startOrbit" | "variants"
   | "waitsForImages" | "warnings";
 type Own = "dispose" | "free" | "loss" | "restore" | symbol;
@@ -16,7 +16,7 @@ type Calls = Pick<Module, Slow | Answers> & {
 /**
  * A canvas with a renderer behind it. Calls may overlap: each waits until those before it have settled.
  *
- * - What takes time (`render`, `refine`, `pick` …) gives a promise.
+ * - What takes time (`render`, `refine`, `pick`, `loadBeforeImages` …) gives a promise.
  * - What changes the viewer (`load`, `configure`, `setTime` …) happens at once while nothing is under way, and throws what is wrong.
  *   Else it gives a promise. `await` is right for both.
  * - What only says something (`info`, `moves`, `startOrbit` …) answers at once; while a frame is drawn, as it was before the frame.

@@ -23,7 +23,7 @@ export class Disposed extends Error {
 }
 
 /** Calls that take time. */
-const SLOW = new Set(["pick", "pixels", "radiance", "refine", "render", "variable"]);
+const SLOW = new Set(["loadBeforeImages", "pick", "pixels", "radiance", "refine", "render", "variable"]);
 /** Calls that only say what is; while a slow one is under way they say what was before it. */
 const ANSWERS = ["exposure", "info", "missingImages", "modelRadius", "moves", "scenes", "startOrbit", "variants", "waitsForImages", "warnings"];
 /** Calls that are the viewer's own, or nobody's but its. */

@@ -117,7 +117,7 @@ pub async fn done(gpu: &Gpu) -> Result<web_time::Instant, GpuError> {
 }
 
 /// Gives the browser's event loop a turn; does nothing elsewhere.
-async fn yield_now() {
+pub async fn yield_now() {
     #[cfg(target_arch = "wasm32")]
     {
         let promise = js_sys::Promise::new(&mut |resolve, _| {
