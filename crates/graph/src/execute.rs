@@ -149,7 +149,8 @@ impl Executor {
     }
 
     /// Destroys exported textures that [`Self::release_exports`] took out of the pool, for the reason that
-    /// [`Self::destroy_given_back`] gives; those of histories stay. No commands that are still to be submitted may hold them.
+    /// [`Self::destroy_given_back`] gives; those of histories stay. No commands that are still to be submitted may hold
+    /// them.
     pub fn destroy_released<'t>(&self, textures: impl Iterator<Item = &'t wgpu::Texture>) {
         textures.filter(|texture| !self.histories.hold(texture)).for_each(wgpu::Texture::destroy);
     }

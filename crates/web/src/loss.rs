@@ -13,8 +13,8 @@ use wasm_bindgen::prelude::*;
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
 thread_local! {
-    /// The viewers of devices that are watched, by the device's number: what a device calls is `Send`, and what belongs to
-    /// JavaScript is not.
+    /// The viewers of devices that are watched, by the device's number: what a device calls is `Send`, and what belongs
+    /// to JavaScript is not.
     static WATCHED: RefCell<BTreeMap<u64, Vec<Weak<State>>>> = const { RefCell::new(BTreeMap::new()) };
 }
 

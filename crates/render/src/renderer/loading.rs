@@ -10,8 +10,8 @@ use std::sync::Arc;
 const SLICE_VERTICES: usize = 1 << 16;
 
 impl Renderer {
-    /// As [`Renderer::load`]; after every few meshes `turns` is asked whether others are to have the thread. No frame may be
-    /// drawn before it is done.
+    /// As [`Renderer::load`]; after every few meshes `turns` is asked whether others are to have the thread. No frame may
+    /// be drawn before it is done.
     ///
     /// # Errors
     /// As [`Renderer::load`].
@@ -33,8 +33,8 @@ impl Renderer {
     }
 }
 
-/// How many of the first meshes are there after each slice. None where some have morph targets, whose table would move with
-/// every slice.
+/// How many of the first meshes are there after each slice. None where some have morph targets, whose table would move
+/// with every slice.
 fn ends_of_slices(meshes: &[Arc<Mesh>], slice_vertices: usize) -> Vec<usize> {
     let is_morphed = |mesh: &Arc<Mesh>| mesh.primitives.iter().any(|part| !part.morph_targets.is_empty());
     if meshes.iter().any(is_morphed) {

@@ -150,7 +150,8 @@ impl SceneResources {
         }
     }
 
-    /// Uploads meshes before [`Self::follow`] would upload them all at once, and gives back those that are not among them.
+    /// Uploads meshes before [`Self::follow`] would upload them all at once, and gives back those that are not among
+    /// them.
     pub fn follow_meshes(&mut self, gpu: &Gpu, meshes: &[Arc<Mesh>]) {
         self.meshes_went_ahead |= self.geometry.follow(gpu, meshes).is_some();
     }

@@ -34,8 +34,8 @@ fn turns() -> impl FnMut() -> Option<Turn> {
 impl Viewer {
     /// As `load`, but the model is there before its textures: those in the file come with `nextImage`, one at a time,
     /// and those of files at the addresses `late` with `giveImage`, or `missImage` where they cannot be had. Until then
-    /// materials are drawn as without them. Reads and uploads in slices of some milliseconds, between which the page has
-    /// the thread.
+    /// materials are drawn as without them. Reads and uploads in slices of some milliseconds, between which the page
+    /// has the thread.
     ///
     /// # Errors
     /// As those of `load`, or the device was lost.
