@@ -69,8 +69,8 @@ async function loseAndRestore(backend) {
   const faults = [];
   const within = (promise, what) => Promise.race([promise, new Promise((_, refuse) => setTimeout(() => refuse(new Error(`${what} takes more than 15 s`)), 15000))]);
   const named = (promise, what) => within(promise, what).then(() => "", (error) => error.name ?? String(error));
-  // Textures that hold memory, by what makes and frees them.
-  const held = new Set(), devices = [];
+  // Textures that hold memory, by what makes and frees them, and buffers that frames were read into.
+  const held = new Set(), read = new Set(), devices = [];
   const count = (owner, make, free) => {
     const [made, freed] = [owner.prototype[make], owner.prototype[free]];
     owner.prototype[make] = function (...args) { const object = made.apply(this, args); held.add(object); return object; };
@@ -87,6 +87,13 @@ async function loseAndRestore(backend) {
       return texture;
     };
     GPUTexture.prototype.destroy = function () { held.delete(this); return destroy.call(this); };
+    const { createBuffer } = GPUDevice.prototype, { destroy: destroyBuffer } = GPUBuffer.prototype;
+    GPUDevice.prototype.createBuffer = function (descriptor) {
+      const buffer = createBuffer.call(this, descriptor);
+      if (descriptor.usage & GPUBufferUsage.MAP_READ) read.add(buffer);
+      return buffer;
+    };
+    GPUBuffer.prototype.destroy = function () { read.delete(this); return destroyBuffer.call(this); };
     GPUAdapter.prototype.requestDevice = async function (...args) {
       const device = await requestDevice.apply(this, args);
       devices.push(device);
@@ -115,6 +122,7 @@ async function loseAndRestore(backend) {
     counts.push(held.size);
   }
   if (counts.at(-1) > counts[3] + 20) faults.push(`textures of former sizes are kept: ${counts}`);
+  if (read.size > 1) faults.push(`${read.size} buffers are kept that frames were read into`);
   // Calls may overlap, and what is asked meanwhile is answered.
   canvas.width = canvas.height = 80;
   const calls = [viewer.render(), viewer.setTime(0), viewer.refine(), viewer.render({ yaw: 20 }), viewer.pixels()];

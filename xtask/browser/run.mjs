@@ -8,6 +8,7 @@
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
 import { failures, launchWithBoth, launchWithNeither, open, out, serve, test } from "./harness.mjs";
+import { withMany } from "./many.mjs";
 import { asUser, withBudget, withLoss, withoutApi, withWrongAddress } from "./page.mjs";
 import { read } from "./variables.mjs";
 
@@ -133,6 +134,7 @@ await Promise.all(["webgpu", "webgl"].map(async (backend) => {
   for (const one of cases) await draw(browser, backend, one);
   await withBudget(browser, origin, backend);
   await withLoss(browser, origin, backend);
+  await withMany(browser, origin, backend);
   if (backend === "webgpu") await asUser(browser, origin);
   else await withWrongAddress(browser, origin);
   await browser.close();

@@ -148,6 +148,13 @@ impl Executor {
         self.pool.remove(|texture| run.exports.iter().flatten().any(|export| export == texture));
     }
 
+    /// Destroys exported textures that [`Self::release_exports`] took out of the pool, for the reason that
+    /// [`Self::destroy_given_back`] gives; those of histories stay. No commands that are still to be submitted may hold
+    /// them.
+    pub fn destroy_released<'t>(&self, textures: impl Iterator<Item = &'t wgpu::Texture>) {
+        textures.filter(|texture| !self.histories.hold(texture)).for_each(wgpu::Texture::destroy);
+    }
+
     /// Destroys the textures that were given back because no frame asks for their shape any more, but for those that
     /// `run` exports. To drop them is not enough: browsers free what was dropped when they collect garbage, which
     /// textures do not hasten. Call it after the encoders of all frames that were run are submitted. Textures of a few
@@ -160,6 +167,12 @@ impl Executor {
                 texture.destroy();
             }
         }
+    }
+
+    /// Frees all textures at once, where the device goes on without the executor.
+    pub fn destroy(self) {
+        self.pool.destroy();
+        self.histories.destroy();
     }
 
     /// Memory of all textures that the executor holds.

@@ -180,6 +180,10 @@ impl Pool {
         std::mem::take(&mut self.given_back)
     }
 
+    pub(crate) fn destroy(&self) {
+        self.textures.iter().for_each(|pooled| pooled.texture.destroy());
+    }
+
     pub(crate) fn bytes(&self) -> u64 {
         self.textures.iter().map(|pooled| pooled.desc.bytes()).sum()
     }
@@ -277,6 +281,15 @@ impl Histories {
     /// What was given back since this was last called.
     pub(crate) fn take_given_back(&mut self) -> Vec<wgpu::Texture> {
         std::mem::take(&mut self.given_back)
+    }
+
+    /// Whether `texture` carries what frames wrote to the next one.
+    pub(crate) fn hold(&self, texture: &wgpu::Texture) -> bool {
+        self.pairs.values().any(|pair| pair.textures.contains(texture))
+    }
+
+    pub(crate) fn destroy(&self) {
+        self.pairs.values().flat_map(|pair| &pair.textures).for_each(wgpu::Texture::destroy);
     }
 
     pub(crate) fn bytes(&self) -> u64 {

@@ -60,16 +60,22 @@ fn the_stage_of_the_page_is_the_example() {
     assert!(read("stage.md").contains(&format!("```toml\n{}```", read("examples/hall.stage.toml"))));
 }
 
+/// Compares a whole file with what the code says, or writes it.
+fn assert_whole(path: &Path, text: &str) {
+    if are_written() {
+        std::fs::write(path, text).expect("written");
+    } else {
+        let found = std::fs::read_to_string(path).expect("a file that `cargo xtask goldens` writes");
+        assert!(found == text, "{} differs from the code: run `cargo xtask goldens`", path.display());
+    }
+}
+
 #[test]
 fn the_golden_schema_of_stages_is_current() {
-    let path = docs("stage.schema.json");
-    if are_written() {
-        std::fs::write(&path, stage_docs::schema()).expect("written");
-    } else {
-        let found = std::fs::read_to_string(&path).expect("docs/stage.schema.json");
-        assert!(
-            found == stage_docs::schema(),
-            "docs/stage.schema.json differs from the code: run `cargo xtask goldens`"
-        );
-    }
+    assert_whole(&docs("stage.schema.json"), &stage_docs::schema());
+}
+
+#[test]
+fn the_golden_types_of_settings_are_current() {
+    assert_whole(&docs("../crates/web/module/manypass_settings.d.ts"), &settings_docs::typescript());
 }

@@ -99,6 +99,8 @@ pub use pose::Pose;
 pub use quality::{Quality, QualityBudget};
 pub use record::{LegendEntry, PreparedView, Recorder, Texels};
 pub use render_settings::Path;
+#[cfg(target_arch = "wasm32")]
+pub use renderer::Pipelines;
 pub use renderer::{RenderedView, Renderer};
 pub use request::{Averaging, FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
 pub use resolution::Resolution;

@@ -11,8 +11,8 @@ mod quads;
 mod shape;
 
 use crate::fisheye::FisheyeLens;
-use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
+use crate::gpu::{Gpu, destroy};
 use crate::request::FrameRequest;
 use crate::resources::Textures;
 use atlas::Atlas;
@@ -167,12 +167,16 @@ impl OverlayState {
         room: Room,
     ) -> Result<Prepared, OverlayError> {
         if request.overlay.items.is_empty() {
-            *self = Self::default();
+            if let Some(former) = std::mem::take(self).ready {
+                destroy(&former.atlas);
+            }
             return Ok(Prepared::default());
         }
         let mut texture_bytes = 0;
-        let is_known = |ready: &&ReadyOverlay| Arc::ptr_eq(&ready.overlay, &request.overlay);
-        let ready = match self.ready.take().filter(|ready| is_known(&ready)) {
+        if let Some(former) = self.ready.take_if(|ready| !Arc::ptr_eq(&ready.overlay, &request.overlay)) {
+            destroy(&former.atlas);
+        }
+        let ready = match self.ready.take() {
             Some(ready) => self.ready.insert(ready),
             None => {
                 let (ready, bytes) = ReadyOverlay::new(gpu, &request.overlay, room)?;

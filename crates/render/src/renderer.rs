@@ -10,6 +10,7 @@ mod fisheye;
 mod ground;
 mod lit;
 mod live_probes;
+mod loading;
 mod metering;
 mod mirrors;
 mod output;
@@ -20,6 +21,7 @@ mod reading;
 mod recording;
 mod run;
 mod shadows;
+mod shared;
 mod simulations;
 mod surroundings;
 mod temporal;
@@ -27,7 +29,10 @@ mod variables;
 mod water;
 
 pub use reading::RenderedView;
+#[cfg(target_arch = "wasm32")]
+pub use shared::Pipelines;
 
+use crate::aov::AovTextures;
 use crate::decals;
 use crate::draws::WorldDraws;
 use crate::effect::WgslEffect;
@@ -50,6 +55,7 @@ use manypass_scene::capture::MONITORS_MAX;
 use manypass_scene::{NodeId, Scene};
 use output::ViewState;
 use shadows::ShadowState;
+use shared::Shared;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -59,8 +65,8 @@ pub const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Draws scenes. It may be moved to another thread.
 pub struct Renderer {
     gpu: Gpu,
-    shaders: Shaders,
-    surface_pipelines: SurfacePipelines,
+    shaders: Shared<Shaders>,
+    surface_pipelines: Shared<SurfacePipelines>,
     executor: Executor,
     tables: FrameTables,
     uniforms: UniformArena,
@@ -158,8 +164,8 @@ impl Renderer {
     /// None today; a renderer may refuse a device.
     pub fn new(gpu: Gpu) -> Result<Self, RenderError> {
         Ok(Self {
-            shaders: Shaders::new(&gpu.device),
-            surface_pipelines: SurfacePipelines::default(),
+            shaders: Shaders::new(&gpu.device).into(),
+            surface_pipelines: SurfacePipelines::default().into(),
             executor: Executor::new(&gpu.device, &gpu.queue),
             tables: FrameTables::new(&gpu),
             uniforms: UniformArena::new(&gpu.device),
@@ -256,8 +262,10 @@ impl Renderer {
 
     fn forget_variables_of(&mut self, is_wanted: impl Fn(&str) -> bool) {
         let of_views = self.views.iter_mut().filter(|(name, _)| is_wanted(name));
-        if of_views.filter_map(|(_, view)| view.aovs.take()).count() > 0 {
+        let forgotten: Vec<_> = of_views.filter_map(|(_, view)| view.aovs.take()).collect();
+        if !forgotten.is_empty() {
             self.bind_groups.clear();
+            self.executor.destroy_released(forgotten.iter().flat_map(AovTextures::all));
             self.gpu.wait();
         }
     }

@@ -122,6 +122,56 @@ fn every_loop_counts_up_to_a_bound_that_stays() {
     assert!(loops > 100, "{loops} loops were looked at");
 }
 
+/// The blocks that a statement has.
+fn blocks_of(statement: &naga::Statement) -> Vec<&naga::Block> {
+    match statement {
+        naga::Statement::Block(block) => vec![block],
+        naga::Statement::If { accept, reject, .. } => vec![accept, reject],
+        naga::Statement::Switch { cases, .. } => cases.iter().map(|case| &case.body).collect(),
+        naga::Statement::Loop { body, continuing, .. } => vec![body, continuing],
+        _ => Vec::new(),
+    }
+}
+
+/// Whether nothing that follows a statement is ever reached.
+fn leads_nowhere(statement: &naga::Statement) -> bool {
+    let ends = |block: &naga::Block| block.last().is_some_and(leads_nowhere);
+    match statement {
+        naga::Statement::Return { .. } | naga::Statement::Break | naga::Statement::Continue => true,
+        naga::Statement::Block(block) => ends(block),
+        naga::Statement::If { accept, reject, .. } => ends(accept) && ends(reject),
+        _ => false,
+    }
+}
+
+/// Whether something in a block follows what leads nowhere.
+fn has_unreachable_code(block: &naga::Block) -> bool {
+    let before_last = block.split_last().map_or(&[][..], |(_, before)| before);
+    before_last.iter().any(leads_nowhere) || block.iter().flat_map(blocks_of).any(has_unreachable_code)
+}
+
+/// Browsers warn of it once a shader, on the page's console.
+#[test]
+fn no_program_has_code_that_is_never_reached() {
+    let faulty = |source: &str| {
+        let module = naga::front::wgsl::parse_str(source).unwrap();
+        let functions = module.functions.iter().map(|(_, function)| function);
+        let functions = functions.chain(module.entry_points.iter().map(|entry| &entry.function));
+        let faulty = functions.filter(|function| has_unreachable_code(&function.body));
+        faulty.map(|function| function.name.clone().unwrap_or_default()).collect::<Vec<_>>()
+    };
+    let text = "fn after_a_block() -> f32 { { return 1.0; } return 2.0; }
+        fn after_both(a: bool) -> f32 { if a { return 1.0; } else { return 2.0; } return 3.0; }
+        fn after_one(a: bool) -> f32 { if a { return 1.0; } return 3.0; }";
+    assert_eq!(faulty(text), ["after_a_block", "after_both"]);
+    for (name, _, sources) in PROGRAMS {
+        for source in *sources {
+            let found = faulty(source);
+            assert!(found.is_empty(), "{name}: {}", found.join(", "));
+        }
+    }
+}
+
 /// The values that an `override` constant takes, by its name: 0 and 1, but for those that are numbers or bits.
 fn values_of(name: &str) -> std::ops::RangeInclusive<u32> {
     match name {

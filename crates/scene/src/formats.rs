@@ -18,6 +18,7 @@ use crate::gltf_file::{
     self, LoadError, Loaded, MAX_FILE_BYTES, checked_relative_path, read_file, references::meant_paths,
 };
 use crate::input_file::{self, InputError};
+use crate::turns::{Turns, at_once};
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
@@ -128,12 +129,25 @@ pub fn load_bytes(
     resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     name: &str,
 ) -> Result<Loaded, LoadError> {
+    at_once(load_bytes_in_turns(bytes, resolve, name, &mut || None))
+}
+
+/// As [`load_bytes`]; between the primitives of glTF `turns` is asked whether others are to have the thread.
+///
+/// # Errors
+/// As [`load_path`].
+pub async fn load_bytes_in_turns(
+    bytes: &[u8],
+    resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+    name: &str,
+    turns: &mut Turns<'_>,
+) -> Result<Loaded, LoadError> {
     let format = Format::of(bytes, name);
     if format != Format::Gltf && bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(LoadError::malformed("", "it is larger than 1 GiB; split it").in_file(name));
     }
     let loaded = match format {
-        Format::Gltf => return gltf_file::load_bytes(bytes, resolve, name),
+        Format::Gltf => return gltf_file::load_bytes_in_turns(bytes, resolve, name, turns).await,
         Format::Stl => stl::load(bytes),
         Format::Obj => obj::load(bytes, resolve),
         Format::Ply => ply::load(bytes, resolve),

@@ -27,6 +27,7 @@ pub use write::{Numbers, Parts, Unreferenced, put_extra};
 
 use crate::input_file::{self, InputError};
 use crate::tally::Tally;
+use crate::turns::{Turns, at_once};
 use crate::{Scene, scenes::MAX_DRAWN_PRIMITIVES};
 use faults::Faults;
 use json::Json;
@@ -210,7 +211,17 @@ pub fn load_bytes(
     resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     name: &str,
 ) -> Result<Loaded, LoadError> {
-    load(bytes, resolve).map_err(|error| error.in_file(name))
+    at_once(load_bytes_in_turns(bytes, resolve, name, &mut || None))
+}
+
+/// As [`load_bytes`]; `turns` is asked after every primitive.
+pub(crate) async fn load_bytes_in_turns(
+    bytes: &[u8],
+    resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+    name: &str,
+    turns: &mut Turns<'_>,
+) -> Result<Loaded, LoadError> {
+    load(bytes, resolve, turns).await.map_err(|error| error.in_file(name))
 }
 
 /// What the parts of the reader share.
@@ -271,7 +282,11 @@ impl Document<'_> {
     }
 }
 
-fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) -> Result<Loaded, LoadError> {
+async fn load(
+    bytes: &[u8],
+    resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
+    turns: &mut Turns<'_>,
+) -> Result<Loaded, LoadError> {
     let (json_bytes, binary) = container::split(bytes)?;
     let value: serde_json::Value = serde_json::from_slice(json_bytes)
         .map_err(|error| LoadError::invalid("", format!("not a glTF file: its JSON does not parse: {error}")))?;
@@ -314,7 +329,7 @@ fn load(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) 
     let levels = levels::of_materials(&mut document, materials.len())?;
     materials.iter_mut().zip(levels).for_each(|(material, levels)| material.levels = levels);
     document.variants = read_variants(&document.root)?;
-    let meshes = mesh::read_meshes(&mut document, &materials)?;
+    let meshes = mesh::read_meshes(&mut document, &materials, turns).await?;
     let mut scene = Scene { images: images.images, textures, materials, meshes, ..Scene::default() };
     scene.variants = std::mem::take(&mut document.variants);
     let used = document.root.strings("extensionsUsed")?;

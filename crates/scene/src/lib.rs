@@ -43,6 +43,7 @@ pub mod spelling;
 pub mod stage;
 pub mod surroundings;
 mod tally;
+pub mod turns;
 pub mod variants;
 pub mod water;
 

@@ -1,9 +1,10 @@
 import type { Backend, ContextLostError, DisposedError, Viewer as Module } from "./manypass_raw.js";
 
 export * from "./manypass_raw.js";
+export type { BuiltInEffectName, QualityName, Settings, VariableName } from "./manypass_settings.js";
 export { default } from "./manypass_raw.js";
 
-type Slow = "pick" | "pixels" | "radiance" | "refine" | "render" | "variable";
+type Slow = "loadBeforeImages" | "pick" | "pixels" | "radiance" | "refine" | "render" | "variable";
 type Answers = "exposure" | "info" | "missingImages" | "modelRadius" | "moves" | "scenes" | "startOrbit" | "variants"
   | "waitsForImages" | "warnings";
 type Own = "dispose" | "free" | "loss" | "restore" | symbol;
@@ -15,7 +16,7 @@ type Calls = Pick<Module, Slow | Answers> & {
 /**
  * A canvas with a renderer behind it. Calls may overlap: each waits until those before it have settled.
  *
- * - What takes time (`render`, `refine`, `pick` …) gives a promise.
+ * - What takes time (`render`, `refine`, `pick`, `loadBeforeImages` …) gives a promise.
  * - What changes the viewer (`load`, `configure`, `setTime` …) happens at once while nothing is under way, and throws what is wrong.
  *   Else it gives a promise. `await` is right for both.
  * - What only says something (`info`, `moves`, `startOrbit` …) answers at once; while a frame is drawn, as it was before the frame.
@@ -32,10 +33,13 @@ export class Viewer extends EventTarget {
    * WebGPU four times within 11 seconds. Rejects with a `ContextLost` when there is none; resolves at once when nothing is lost.
    */
   restore(): Promise<void>;
-  /** Frees the GPU's memory and lets go of the canvas, whatever is under way: that rejects with a `Disposed`. Once is enough. */
+  /**
+   * Frees the GPU's memory and lets go of the canvas, whatever is under way: that rejects with a `Disposed`. Once is enough. `create`
+   * may bind the canvas again.
+   */
   dispose(): void;
 }
-export class ContextLost extends Error implements ContextLostError { name: "ContextLost"; }
+export class ContextLost extends Error implements ContextLostError { name: "ContextLost"; reason: ContextLostError["reason"]; }
 export class Disposed extends Error implements DisposedError { name: "Disposed"; }
 
 /**

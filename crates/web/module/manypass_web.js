@@ -5,11 +5,12 @@ import init, { Viewer as Module, create as bind } from "./manypass_raw.js";
 export * from "./manypass_raw.js";
 export default init;
 
-/** The context or the device went away, and with it what was under way. */
+/** The context or the device went away, and with it what was under way; `reason` says why, as far as that is known. */
 export class ContextLost extends Error {
-  constructor(message, options) {
+  constructor(message, reason, options) {
     super(message, options);
     this.name = "ContextLost";
+    this.reason = reason;
   }
 }
 
@@ -22,7 +23,7 @@ export class Disposed extends Error {
 }
 
 /** Calls that take time. */
-const SLOW = new Set(["pick", "pixels", "radiance", "refine", "render", "variable"]);
+const SLOW = new Set(["loadBeforeImages", "pick", "pixels", "radiance", "refine", "render", "variable"]);
 /** Calls that only say what is; while a slow one is under way they say what was before it. */
 const ANSWERS = ["exposure", "info", "missingImages", "modelRadius", "moves", "scenes", "startOrbit", "variants", "waitsForImages", "warnings"];
 /** Calls that are the viewer's own, or nobody's but its. */
@@ -30,7 +31,29 @@ const OWN = new Set(["constructor", "dispose", "free", "loss", "restore"]);
 /** After so many milliseconds each a lost WebGPU device is asked for again. */
 const RETRIES_MS = [0, 500, 2000, 8000];
 
+/** No browser takes a context away because there are others while there are fewer of these: 8 on Android, 16 in Chromium. */
+const CONTEXTS_MIN = 8;
+
+/** References to viewers that draw with WebGL, the oldest first: who forgets to dispose of one keeps it no longer than without this. */
+const ofWebGl = new Set();
+
+function viewersOfWebGl() {
+  return [...ofWebGl].map((reference) => reference.deref()).filter(Boolean);
+}
+
+/** Of canvases whose viewer was disposed of: what restores their context, and when its loss was told. */
+const released = new WeakMap();
+/** The last call that asked for a device, settled or not. */
+let binding = Promise.resolve();
+
 const pause = (ms) => new Promise((done) => setTimeout(done, ms));
+
+/** One after the other: with WebGPU the second viewer takes the device of the first. */
+function inOrder(action) {
+  const done = binding.then(action);
+  binding = done.catch(() => {});
+  return done;
+}
 
 export class Viewer extends EventTarget {
   /** Called with the error when the context or the device was lost, as the event `lost`. */
@@ -39,8 +62,10 @@ export class Viewer extends EventTarget {
   onrestored = null;
 
   #canvas;
-  /** The context of WebGL; null with WebGPU. */
+  /** The context of WebGL, and what loses and restores it; null with WebGPU. */
   #context;
+  #extension;
+  #reference = new WeakRef(this);
   #module;
   #loss;
   /** The last of the calls, settled or not; it never rejects. */
@@ -60,8 +85,11 @@ export class Viewer extends EventTarget {
     this.#canvas = canvas;
     this.#module = module;
     this.#context = module.info().backend === "webgl" ? canvas.getContext("webgl2") : null;
+    // A context that is lost already has none.
+    this.#extension = this.#context?.getExtension("WEBGL_lose_context") ?? null;
     this.#watch();
     if (this.#context) {
+      ofWebGl.add(this.#reference);
       canvas.addEventListener("webglcontextlost", this.#onContextLost);
       canvas.addEventListener("webglcontextrestored", this.#onContextRestored);
     }
@@ -77,12 +105,33 @@ export class Viewer extends EventTarget {
     const free = () => {
       // What a lost device complains of is nobody's business any more.
       try { module.dispose(); } catch (error) { console.debug(`dispose: ${error}`); }
+      this.#release();
     };
     if (this.#isBusy) this.#queue = this.#queue.then(free);
     else free();
   }
 
   [Symbol.dispose ?? Symbol("dispose")]() { this.dispose(); }
+
+  /** Gives the context back at once: browsers count it until they collect garbage. One that was taken for it may return. */
+  #release() {
+    ofWebGl.delete(this.#reference);
+    if (!this.#context || !this.#extension) return;
+    const isLost = this.#context.isContextLost();
+    const told = isLost ? Promise.resolve() : new Promise((done) => {
+      // Without this a later viewer on the canvas could not have it.
+      const keep = (event) => { event.preventDefault(); done(); };
+      this.#canvas.addEventListener("webglcontextlost", keep, { once: true });
+    });
+    released.set(this.#canvas, { extension: this.#extension, told });
+    if (isLost) return;
+    this.#extension.loseContext();
+    for (const viewer of viewersOfWebGl()) {
+      if (viewer.#refusal?.reason !== "too-many-contexts" || !viewer.#context.isContextLost()) continue;
+      viewer.#extension?.restoreContext();
+      return;
+    }
+  }
 
   /** Tries again to have a device after a loss; the viewer does so by itself. */
   restore() {
@@ -114,12 +163,22 @@ export class Viewer extends EventTarget {
 
   #lose() {
     if (this.#refusal) return;
-    const what = this.#context ? "WebGL context" : "WebGPU device";
-    const error = new ContextLost(`the ${what} was lost; the viewer restores itself when the browser gives another`);
+    const error = this.#lossNow();
     this.#refuse(error);
     this.onlost?.(error);
     this.dispatchEvent(new CustomEvent("lost", { detail: error }));
     if (!this.#context) this.#restoreLater();
+  }
+
+  /** Why the context or the device is lost: what else takes a context takes those of all viewers. */
+  #lossNow() {
+    const others = viewersOfWebGl().filter((viewer) => viewer !== this && !viewer.#context.isContextLost()).length;
+    if (this.#context && others >= CONTEXTS_MIN) {
+      return new ContextLost(`the browser took the oldest WebGL context away, because it allows no more than the ${others} others`
+        + " (Chromium: 16); the viewer restores itself when another one is disposed of", "too-many-contexts");
+    }
+    const what = this.#context ? "WebGL context" : "WebGPU device";
+    return new ContextLost(`the ${what} was lost; the viewer restores itself when the browser gives another`, "unknown");
   }
 
   async #restoreLater() {
@@ -137,9 +196,10 @@ export class Viewer extends EventTarget {
     if (this.#context?.isContextLost()) throw this.#refusal;
     this.#isBusy = true;
     try {
-      await this.#module.restore();
+      await inOrder(() => this.#module.restore());
     } catch (error) {
-      const failed = new ContextLost(`the device was lost, and there is no other: ${error.message ?? error}`, { cause: error });
+      const message = `the device was lost, and there is no other: ${error.message ?? error}`;
+      const failed = new ContextLost(message, this.#refusal?.reason ?? "unknown", { cause: error });
       if (this.#refusal instanceof ContextLost) this.#refusal = failed;
       throw failed;
     } finally {
@@ -223,7 +283,25 @@ export class Viewer extends EventTarget {
   }
 }
 
+/** Restores the context of a canvas whose viewer was disposed of. */
+async function regain(canvas) {
+  const former = released.get(canvas);
+  if (!former) return;
+  released.delete(canvas);
+  await Promise.race([former.told, pause(1000)]);
+  // Not while the event of the loss is told.
+  await pause(0);
+  if (!canvas.getContext("webgl2")?.isContextLost()) return;
+  const restored = new Promise((done) => canvas.addEventListener("webglcontextrestored", done, { once: true }));
+  former.extension.restoreContext();
+  // Binding says what is wrong where there is none.
+  await Promise.race([restored, pause(5000)]);
+}
+
 /** Binds `canvas` to the first of the APIs that there is, or to the one that `backend` names. */
-export async function create(canvas, backend) {
-  return new Viewer(canvas, await bind(canvas, backend));
+export function create(canvas, backend) {
+  return inOrder(async () => {
+    await regain(canvas);
+    return new Viewer(canvas, await bind(canvas, backend));
+  });
 }

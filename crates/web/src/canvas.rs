@@ -1,37 +1,25 @@
 //! The canvas: binding it to an adapter, and showing pictures on it.
 
-use crate::blit::Blit;
+use crate::device::Device;
 use crate::types::{ViewerInfo, object};
 use manypass::Gpu;
+use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 
 /// Every canvas takes it; WebGPU canvases have no sRGB format, so the last shader encodes.
-const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+pub(crate) const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 
-/// A canvas and the adapter that draws on it.
+/// A canvas and the device that draws on it.
 pub(crate) struct Canvas {
     element: web_sys::HtmlCanvasElement,
     surface: wgpu::Surface<'static>,
     /// The size that `surface` was configured for.
     surface_size: Option<(u32, u32)>,
-    adapter: wgpu::Adapter,
-    blit: Blit,
-}
-
-/// What the user reads when there is no device; wgpu's own words come last.
-fn no_device(error: &dyn std::fmt::Display, name: &str) -> JsError {
-    let lacking = match name {
-        "webgpu" => "no WebGPU",
-        "webgl" => "no WebGL 2",
-        _ => "neither WebGPU nor WebGL 2",
-    };
-    JsError::new(&format!(
-        "This browser offers {lacking}. Turn on hardware acceleration in its settings, or try another browser.\n({error})"
-    ))
+    device: Rc<Device>,
 }
 
 impl Canvas {
-    /// Binds `element` to an adapter of one of `backends`, for which the user's word is `name`; and a device of it.
+    /// Binds `element` to a device of one of `backends`, for which the user's word is `name`.
     ///
     /// # Errors
     /// There is none; the message says what to turn on.
@@ -39,20 +27,19 @@ impl Canvas {
         element: web_sys::HtmlCanvasElement,
         backends: wgpu::Backends,
         name: &str,
-    ) -> Result<(Self, Gpu), JsError> {
-        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
-        descriptor.backends = backends;
-        let instance = wgpu::Instance::new(descriptor);
-        let surface = instance
-            .create_surface(wgpu::SurfaceTarget::Canvas(element.clone()))
-            .map_err(|error| no_device(&error, name))?;
-        let adapter = instance
-            .request_adapter(&wgpu::RequestAdapterOptions { compatible_surface: Some(&surface), ..Default::default() })
-            .await
-            .map_err(|error| no_device(&error, name))?;
-        let gpu = Gpu::from_adapter(&adapter).await.map_err(|error| no_device(&error, name))?;
-        let blit = Blit::new(&gpu.device, FORMAT);
-        Ok((Self { element, surface, surface_size: None, adapter, blit }, gpu))
+    ) -> Result<Self, JsError> {
+        let (surface, device) = Device::bind(element.clone(), backends, name).await?;
+        Ok(Self { element, surface, surface_size: None, device })
+    }
+
+    /// What it is bound to.
+    pub fn device(&self) -> &Device {
+        &self.device
+    }
+
+    /// Whether no other canvas is bound to the device.
+    pub fn is_alone(&self) -> bool {
+        Rc::strong_count(&self.device) == 1
     }
 
     /// The canvas's element.
@@ -62,7 +49,7 @@ impl Canvas {
 
     /// Whether it is WebGL that draws.
     pub fn is_webgl(&self) -> bool {
-        self.adapter.get_info().backend == wgpu::Backend::Gl
+        self.device.adapter.get_info().backend == wgpu::Backend::Gl
     }
 
     /// Width and height in pixels, at least 1.
@@ -78,7 +65,7 @@ impl Canvas {
 
     /// The adapter in use, and the size of the picture, with what is to be said of quality.
     pub fn info(&self, quality: JsValue) -> ViewerInfo {
-        let adapter = self.adapter.get_info();
+        let adapter = self.device.adapter.get_info();
         let backend = if self.is_webgl() { "webgl" } else { "webgpu" };
         let (width, height) = self.size();
         let entries: [(&str, JsValue); 6] = [
@@ -101,7 +88,7 @@ impl Canvas {
         if self.surface_size != Some(size) {
             let mut configuration = self
                 .surface
-                .get_default_config(&self.adapter, size.0, size.1)
+                .get_default_config(&self.device.adapter, size.0, size.1)
                 .ok_or_else(|| JsError::new("this canvas cannot be drawn on by the adapter"))?;
             configuration.format = FORMAT;
             self.surface.configure(&gpu.device, &configuration);
@@ -115,7 +102,7 @@ impl Canvas {
             }
         };
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        self.blit.record(&gpu.device, &mut encoder, picture, &output.texture.create_view(&Default::default()));
+        self.device.blit.record(&gpu.device, &mut encoder, picture, &output.texture.create_view(&Default::default()));
         gpu.queue.submit([encoder.finish()]);
         gpu.queue.present(output);
         Ok(())

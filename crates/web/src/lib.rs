@@ -9,6 +9,8 @@ mod camera;
 #[cfg(target_arch = "wasm32")]
 mod canvas;
 #[cfg(target_arch = "wasm32")]
+mod device;
+#[cfg(target_arch = "wasm32")]
 mod loss;
 #[cfg(target_arch = "wasm32")]
 mod options;

@@ -9,12 +9,31 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::task::{Poll, Waker};
 use wasm_bindgen::prelude::*;
 
-/// The number of the next device that is watched.
+/// The number of the next device of WebGPU.
 static NEXT: AtomicU64 = AtomicU64::new(0);
 
 thread_local! {
-    /// Devices that are watched, by number: what a device calls is `Send`, and what belongs to JavaScript is not.
-    static WATCHED: RefCell<BTreeMap<u64, Weak<State>>> = const { RefCell::new(BTreeMap::new()) };
+    /// The viewers of devices that are watched, by the device's number: what a device calls is `Send`, and what belongs
+    /// to JavaScript is not.
+    static WATCHED: RefCell<BTreeMap<u64, Vec<Weak<State>>>> = const { RefCell::new(BTreeMap::new()) };
+}
+
+/// Begins to watch a device of WebGPU, and gives its number.
+pub(crate) fn watch_device(device: &wgpu::Device) -> u64 {
+    let number = NEXT.fetch_add(1, Ordering::Relaxed);
+    WATCHED.with_borrow_mut(|watched| watched.insert(number, Vec::new()));
+    device.set_device_lost_callback(move |_, _| {
+        let viewers = WATCHED.with_borrow_mut(|watched| watched.remove(&number));
+        for viewer in viewers.into_iter().flatten().filter_map(|viewer| viewer.upgrade()) {
+            viewer.happen();
+        }
+    });
+    number
+}
+
+/// Whether the device of a number was lost.
+pub(crate) fn is_lost(number: u64) -> bool {
+    WATCHED.with_borrow(|watched| !watched.contains_key(&number))
 }
 
 struct State {
@@ -73,9 +92,9 @@ impl Loss {
 }
 
 impl Loss {
-    /// Of `device`, which draws on `canvas`.
-    pub(crate) fn watch(device: &wgpu::Device, canvas: &web_sys::HtmlCanvasElement, is_webgl: bool) -> Self {
-        let context = if is_webgl { canvas.get_context("webgl2").ok().flatten() } else { None };
+    /// Of the device of WebGPU with a number, or of the WebGL context of `canvas`.
+    pub(crate) fn watch(number: Option<u64>, canvas: &web_sys::HtmlCanvasElement) -> Self {
+        let context = if number.is_none() { canvas.get_context("webgl2").ok().flatten() } else { None };
         let webgl = context.and_then(|context| context.dyn_into::<web_sys::WebGl2RenderingContext>().ok());
         let state = Rc::new(State {
             is_lost: Cell::new(false),
@@ -83,18 +102,16 @@ impl Loss {
             listener: RefCell::new(None),
             webgl,
         });
-        if !is_webgl {
-            let number = NEXT.fetch_add(1, Ordering::Relaxed);
-            WATCHED.with_borrow_mut(|watched| {
-                watched.retain(|_, state| state.strong_count() > 0);
-                watched.insert(number, Rc::downgrade(&state));
+        if let Some(number) = number {
+            let is_there = WATCHED.with_borrow_mut(|watched| {
+                let viewers = watched.get_mut(&number)?;
+                viewers.retain(|viewer| viewer.strong_count() > 0);
+                viewers.push(Rc::downgrade(&state));
+                Some(())
             });
-            device.set_device_lost_callback(move |_, _| {
-                let watched = WATCHED.with_borrow_mut(|watched| watched.remove(&number));
-                if let Some(state) = watched.and_then(|state| state.upgrade()) {
-                    state.happen();
-                }
-            });
+            if is_there.is_none() {
+                state.happen();
+            }
         }
         Self(state)
     }

@@ -23,12 +23,12 @@ pub struct Options {
     effects: Vec<EffectFile>,
 }
 
-/// Options that are short ways to settings, and the words that they take.
-pub(crate) const SHORT: [(&str, &str, &[&str]); 4] = [
-    ("path", "render.path", manypass::Path::NAMES),
-    ("lightCulling", "lights.culling", manypass::LightCulling::NAMES),
-    ("environment", "environment.source", &["auto", "studio", "sky", "file", "none"]),
-    ("tonemap", "tone_map.curve", manypass::Tonemap::NAMES),
+/// Options that are short ways to settings.
+const SHORT: [(&str, &str); 4] = [
+    ("path", "render.path"),
+    ("lightCulling", "lights.culling"),
+    ("environment", "environment.source"),
+    ("tonemap", "tone_map.curve"),
 ];
 
 impl Options {
@@ -173,12 +173,8 @@ impl Options {
         if value.is_undefined() {
             return Ok(());
         }
-        if let Some((_, setting, words)) = SHORT.iter().find(|(option, ..)| *option == key) {
-            let name = value.as_string().unwrap_or_else(|| format!("{value:?}"));
-            if !words.contains(&name.as_str()) {
-                return Err(JsError::new(&format!("{key} is `{name}`: expected {}", words.join(", "))));
-            }
-            self.give(setting, Written::Text(name));
+        if let Some((_, setting)) = SHORT.iter().find(|(option, _)| *option == key) {
+            self.give(setting, written(value));
             return Ok(());
         }
         match key {

@@ -6,6 +6,7 @@ use wasm_bindgen::prelude::*;
 
 #[wasm_bindgen(typescript_custom_section)]
 const TYPES: &str = r#"
+import type { BuiltInEffectName, QualityName, Settings, VariableName } from "./manypass_settings.js";
 /** Which API draws. `auto` takes WebGPU where there is an adapter, else WebGL 2. */
 export type Backend = "auto" | "webgpu" | "webgl";
 /** The adapter in use, and the size of the picture in pixels. */
@@ -20,43 +21,40 @@ export interface ViewerInfo {
  * begin of `render()` until the device has drawn. Null before any frame counts.
  */
 export interface QualityInfo {
-  budgetMs: number; rung: string; settings: RenderOptions["settings"]; changes: number; settledAfterFrames: number; medianMs: number | null;
+  budgetMs: number; rung: string; settings: Settings; changes: number; settledAfterFrames: number; medianMs: number | null;
 }
 /**
  * A camera that looks at `target` (metres) from `radius` metres away. Yaw 0 degrees looks along -Z and grows towards +X;
  * positive pitch looks down from above. What is missing is as in `startOrbit()`.
  */
 export interface Orbit { yaw?: number; pitch?: number; radius?: number; target?: [number, number, number]; }
-/** How frames are drawn; what is left out keeps its value. */
+/** How frames are drawn; what is left out keeps its value. The first options are short ways to settings. */
 export interface RenderOptions {
-  path?: "deferred" | "forward" | "forward-batched" | "gouraud";
-  lightCulling?: "clustered" | "tiled" | "volumes" | "volumes-stencil" | "none";
+  path?: Settings["render.path"];
+  lightCulling?: Settings["lights.culling"];
   /**
    * Lights nothing, or with the built-in studio, or with the sky (the settings
-   * `environment.sun_elevation_deg` and its neighbours), or with the picture of `loadEnvironment` or the stage; `auto` takes the picture
-   * if there is one, else the studio, faint where the model has lights.
+   * `environment.sun_elevation_deg` and its neighbours), or with the picture of `loadEnvironment` or the stage, or a colour; `auto` takes
+   * the picture if there is one, else the studio, faint where the model has lights.
    */
-  environment?: "auto" | "studio" | "sky" | "file" | "none";
-  tonemap?: "neutral" | "aces" | "agx" | "reinhard" | "exponential" | "none";
+  environment?: Settings["environment.source"];
+  tonemap?: Settings["tone_map.curve"];
   /** Stops, or metered once for a model: "auto", "auto+1", "auto-0.5". Null: "auto" where the model has lights, else 0. */
   exposure?: number | string | null;
   /** Only the lights k, k + n, k + 2n, … of [k, n]; null takes all. */
   lightSubset?: [number, number] | null;
   /** A table of settings that comes before all others (docs/quality.md); null for none. The best that `quality.budget_ms` takes. */
-  quality?: "low" | "medium" | "high" | "ultra" | null;
+  quality?: QualityName | null;
   /** Settings by key, as in `--set` on the command line: `{ "clusters.tile_px": 32, "tone_map.curve": "agx" }`. */
-  settings?: Record<string, number | boolean | string | (number | string)[]>;
+  settings?: Settings;
 }
 /**
  * An effect of one's own, as on the command line: the name of its file, which stands in errors, the file's text, and settings
  * by key (`{ "echo.share": 0.25 }`).
  */
-export interface EffectFile { file: string; source: string; settings?: RenderOptions["settings"]; }
+export interface EffectFile { file: string; source: string; settings?: Settings; }
 /** An effect that is built in, by its name. */
-export interface BuiltInEffect {
-  name: "bloom" | "blur" | "dof" | "film" | "fxaa" | "glow" | "grade" | "lens" | "motion_blur" | "outline" | "sharpen" | "smaa" | "toon";
-  settings?: RenderOptions["settings"];
-}
+export interface BuiltInEffect { name: BuiltInEffectName; settings?: Settings; }
 /**
  * Something that is drawn over the picture: `text`, a `sprite`, or a line through `points` or `points_world`. The keys are those
  * of `[[overlay]]` in stages, which docs/overlay.md explains. Places are pixels from the upper left corner, below 0 from the right
@@ -94,14 +92,18 @@ export interface OverlayItem {
  * What calls reject with when the WebGL context or the WebGPU device was lost, those that were under way at once and later ones
  * until the viewer is restored. The viewer restores itself: model, options and effects are as before, simulations begin anew.
  */
-export interface ContextLostError extends Error { name: "ContextLost"; }
+export interface ContextLostError extends Error {
+  name: "ContextLost";
+  /**
+   * `too-many-contexts`: browsers give a page so many WebGL contexts (Chromium 16, on Android 8) and take the oldest for one more. The
+   * viewer restores itself when another one is disposed of. Viewers on WebGPU share a device, and there is no such limit.
+   */
+  reason: "too-many-contexts" | "unknown";
+}
 /** What calls of a viewer reject with that was disposed of. */
 export interface DisposedError extends Error { name: "Disposed"; }
 /** The exposure in use: how it was found, what it comes to, and the log-average luminance if it was metered. */
 export interface ExposureInfo { mode: "auto" | "stops"; stops: number; logAverageLuminance: number | null; }
-/** The name of a variable: what the frame knows of every pixel besides its colour. docs/aovs.md says what each holds. */
-export type VariableName = "base_color" | "occlusion" | "occlusion_screen" | "normal" | "normal_view" | "position" | "depth" | "metallic"
-  | "roughness" | "emission" | "motion" | "object_id" | "material_id" | "radiance";
 /** The values of a variable: `channels` a pixel, rows from the top. Those of ids are a Uint32Array, all others a Float32Array. */
 export interface Variable { name: VariableName; width: number; height: number; channels: number; data: Float32Array | Uint32Array; }
 /**
@@ -132,7 +134,7 @@ extern "C" {
     /// `ExposureInfo` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "ExposureInfo")]
     pub type ExposureInfo;
-    /// `VariableName` of the TypeScript section.
+    /// `VariableName` of `manypass_settings.d.ts`.
     #[wasm_bindgen(typescript_type = "VariableName")]
     pub type VariableName;
     /// `Variable` of the TypeScript section.
@@ -196,18 +198,4 @@ pub fn read_resources(resources: &JsValue) -> BTreeMap<String, Vec<u8>> {
         Some((entry.get(0).as_string()?, entry.get(1).dyn_ref::<js_sys::Uint8Array>()?.to_vec()))
     };
     entries.iter().filter_map(pair).collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::TYPES;
-
-    #[test]
-    fn the_types_name_all_values_of_an_option() {
-        for (option, _, names) in crate::options::SHORT {
-            let line = TYPES.lines().find(|line| line.trim_start().starts_with(&format!("{option}?:"))).unwrap_or("");
-            let missing: Vec<_> = names.iter().filter(|name| !line.contains(&format!("\"{name}\""))).collect();
-            assert!(missing.is_empty(), "`{option}` lacks {missing:?}");
-        }
-    }
 }

@@ -72,6 +72,13 @@ pub(crate) struct AovTextures {
 }
 
 impl AovTextures {
+    /// All of them.
+    pub fn all(&self) -> impl Iterator<Item = &wgpu::Texture> {
+        let of_gbuffer = [&self.base_color, &self.normal, &self.material, &self.linear_depth];
+        let others = [&self.emission, &self.ids, &self.motion, &self.occlusion_screen];
+        of_gbuffer.into_iter().chain(others.into_iter().flatten())
+    }
+
     /// Some rows of the picture of a variable; none if the frame did not record it.
     ///
     /// # Errors

@@ -54,6 +54,12 @@ pub enum GpuError {
     Refused(String),
 }
 
+/// Frees the texture of `view`, which no frame uses any more and no commands that are still to be submitted. To drop it
+/// is not enough: browsers free what was dropped when they collect garbage, which textures do not hasten.
+pub(crate) fn destroy(view: &wgpu::TextureView) {
+    view.texture().destroy();
+}
+
 /// The first thing that went wrong on a device since it was last asked; the device reports it when it likes.
 #[derive(Clone, Debug, Default)]
 struct Faults(Arc<Mutex<Option<GpuError>>>);

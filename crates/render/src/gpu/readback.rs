@@ -38,11 +38,24 @@ pub async fn read_rows(gpu: &Gpu, texture: &wgpu::Texture, rows: Range<u32>) -> 
         wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
     );
     gpu.queue.submit([encoder.finish()]);
-    map(gpu, &buffer).await?;
+    let pixels = match map(gpu, &buffer).await {
+        Ok(()) => packed_rows(&buffer, (row_bytes as usize, padded as usize, height as usize)),
+        Err(error) => Err(error),
+    };
+    // Browsers free what is only dropped when they collect garbage: a page that reads frames would pile up their bytes.
+    buffer.destroy();
+    pixels
+}
+
+/// So many rows of a mapped buffer without what fills them up to `padded_bytes`.
+fn packed_rows(
+    buffer: &wgpu::Buffer,
+    (row_bytes, padded_bytes, rows): (usize, usize, usize),
+) -> Result<Vec<u8>, GpuError> {
     let mapped = buffer.get_mapped_range(..).map_err(|error| GpuError::Lost(error.to_string()))?;
-    let mut pixels = reserved(row_bytes as usize * height as usize)?;
-    for row in mapped.chunks_exact(padded as usize) {
-        pixels.extend_from_slice(&row[..row_bytes as usize]);
+    let mut pixels = reserved(row_bytes * rows)?;
+    for row in mapped.chunks_exact(padded_bytes) {
+        pixels.extend_from_slice(&row[..row_bytes]);
     }
     Ok(pixels)
 }
@@ -104,7 +117,7 @@ pub async fn done(gpu: &Gpu) -> Result<web_time::Instant, GpuError> {
 }
 
 /// Gives the browser's event loop a turn; does nothing elsewhere.
-async fn yield_now() {
+pub async fn yield_now() {
     #[cfg(target_arch = "wasm32")]
     {
         let promise = js_sys::Promise::new(&mut |resolve, _| {

@@ -13,7 +13,7 @@ use super::{Purpose, Renderer};
 use crate::draws::{Deformation, Tile};
 use crate::environment::lobe::FACES;
 use crate::frame;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, destroy};
 use crate::overlay::Room;
 use crate::overlay::draw::OverlayDraw;
 use crate::passes::adaptive;
@@ -261,7 +261,7 @@ impl Renderer {
         }
         stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
         self.gpu.queue.submit([first.finish(), encoder.finish()]);
-        self.executor.destroy_given_back(&run);
+        free_unused(&mut self.executor, &run, &unfinished);
         self.count_bound(&mut stats);
         if missing_bytes > 0 {
             // The executor gave textures of other shapes back, and nobody else shall keep them.
@@ -433,6 +433,12 @@ fn keep(
         }
     }
     Ok(())
+}
+
+/// Frees what the frame that was submitted was the last to use.
+fn free_unused(executor: &mut Executor, run: &Run, unfinished: &[(usize, Unfinished)]) {
+    executor.destroy_given_back(run);
+    unfinished.iter().for_each(|(_, drawn)| destroy(&drawn.picture));
 }
 
 /// Fails if a frame may not allocate `needed_bytes`.

@@ -5,7 +5,7 @@ use super::asked::Asked;
 use super::lit::World;
 use super::output::ViewState;
 use crate::draws::Tile;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, destroy};
 use crate::ground::{Ground, GroundMap, map_under, parallel_light, side_texels};
 use crate::record::InstanceTable;
 use crate::request::FrameStats;
@@ -16,7 +16,7 @@ use manypass_graph::TextureDesc;
 pub(super) struct GroundState {
     /// What the texture was drawn from.
     drawn: Option<(GroundMap, u64)>,
-    texture: Option<wgpu::TextureView>,
+    pub texture: Option<wgpu::TextureView>,
     /// Of what the map is drawn from.
     pub instances: InstanceTable,
 }
@@ -63,7 +63,10 @@ impl Renderer {
         let (tiles, signature) = map.tiles(&world.draws, version, &mut instances);
         let is_drawn = self.ground.drawn == Some((map, signature));
         let has_size = self.ground.drawn.is_some_and(|(drawn, _)| drawn.side_texels == map.side_texels);
-        let kept = self.ground.texture.take().filter(|_| has_size);
+        if let Some(former) = self.ground.texture.take_if(|_| !has_size) {
+            destroy(&former);
+        }
+        let kept = self.ground.texture.take();
         let texture = self.ground.texture.insert(kept.unwrap_or_else(|| create(&self.gpu, &map.texture()))).clone();
         if is_drawn {
             return Some(FrameGround { map, texture, tiles: None });

@@ -296,7 +296,7 @@ impl Output {
 
     /// Frees the textures at once. Browsers free what is only dropped when they collect garbage, so that a window that is
     /// resized would pile up the textures of every size it had.
-    fn destroy(self) {
+    pub fn destroy(self) {
         let sums = [self.sums, self.radiance_sums, self.glow_sums, self.tint_sums].into_iter().flatten();
         for kept in sums.chain(self.settling.into_iter().flatten()).chain([self.display]) {
             kept.texture.destroy();
@@ -344,5 +344,63 @@ impl Output {
     /// The picture in a graph.
     pub fn display(&self, graph: &mut Graph<'_>) -> Handle {
         graph.import("display", TextureDesc::new_2d(self.size.0, self.size.1, DISPLAY), self.display.view.clone())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::aov::AovTextures;
+    use crate::gpu::readback;
+    use crate::{Aov, FrameRequest, Gpu, Ground, Renderer};
+
+    /// Textures that a renderer keeps from frame to frame, by what they are for.
+    fn held(renderer: &Renderer) -> Vec<(&'static str, wgpu::Texture)> {
+        let state = &renderer.views[""];
+        let shadows = renderer.shadows.atlas.iter().map(|atlas| ("shadows", atlas.view.texture()));
+        let ground = renderer.ground.texture.iter().map(|view| ("ground", view.texture()));
+        let picture = state.output.iter().map(|output| ("picture", &output.display.texture));
+        let variables = state.aovs.iter().flat_map(AovTextures::all).map(|texture| ("variables", texture));
+        let all = shadows.chain(ground).chain(picture).chain(variables);
+        all.map(|(what, texture)| (what, texture.clone())).collect()
+    }
+
+    /// Whether the device refuses to read a texture.
+    fn is_destroyed(gpu: &Gpu, texture: &wgpu::Texture) -> bool {
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+        let _ = pollster::block_on(readback::read_texture(gpu, texture));
+        pollster::block_on(scope.pop()).is_some()
+    }
+
+    #[test]
+    fn textures_of_former_sizes_are_destroyed_and_not_only_dropped() {
+        let scene = manypass_testkit::scenes::sun().scene;
+        let mut renderer = Renderer::new(Gpu::headless(None).unwrap()).unwrap();
+        renderer.load(&scene).unwrap();
+        let mut former = Vec::new();
+        // The map of the ground is larger for the widest.
+        for width in [40, 300, 1400, 40] {
+            let mut request = FrameRequest::of_scene(&scene, width, 8);
+            request.settings.ground.mode = Ground::Shadow;
+            request.want_aovs = vec![Aov::Depth, Aov::ObjectId];
+            renderer.render(&scene, &request).unwrap();
+            former.extend(held(&renderer));
+        }
+        let held = held(&renderer);
+        for (what, texture) in &held {
+            assert!(!is_destroyed(renderer.gpu(), texture), "{what}: destroyed, and held all the same");
+        }
+        former.retain(|texture| !held.contains(texture));
+        for what in ["shadows", "ground", "picture", "variables"] {
+            assert!(former.iter().any(|(of, _)| *of == what), "{what}: none took the place of another");
+        }
+        for (what, texture) in &former {
+            assert!(is_destroyed(renderer.gpu(), texture), "{what}: only dropped");
+        }
+        // Others go on with the device.
+        let gpu = renderer.gpu().clone();
+        renderer.destroy();
+        for (what, texture) in &held {
+            assert!(is_destroyed(&gpu, texture), "{what}: left on the device");
+        }
     }
 }

@@ -5,7 +5,7 @@ use super::Renderer;
 use super::asked::{Asked, ViewPart};
 use super::lit::{Lit, World};
 use super::output::ViewState;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, destroy};
 use crate::record::{InstanceTable, depth_texture};
 use crate::request::{FrameRequest, FrameStats};
 use crate::shadows::{AROUND_DIRECTIONAL_PX, FrameShadows, ShadowFilter, ShadowSettings, Shadows, Viewer};
@@ -181,7 +181,9 @@ impl Renderer {
             None if is_plan => Atlas { side, view: self.tables.no_shadows.clone() },
             None => {
                 // They hold the former one.
-                self.shadows.atlas = None;
+                if let Some(former) = self.shadows.atlas.take() {
+                    destroy(&former.view);
+                }
                 self.bind_groups.clear();
                 self.bundles.clear();
                 self.shadows.atlas.insert(Atlas::new(&self.gpu, side)).clone()

@@ -9,7 +9,7 @@ use super::probes::{PlacedProbes, ProbeTexels};
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
 use crate::environment::{Background, EnvironmentUniform};
 use crate::frame;
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, destroy};
 use crate::passes::resolve::PixelSamples;
 use crate::probes::{self, ProbeLayout};
 use crate::record::{Frame, PreparedView, Recorder};
@@ -149,6 +149,11 @@ impl SurroundingsState {
     pub fn clear(&mut self) {
         *self = Self::default();
     }
+
+    /// The texture of all tiles, once there is one.
+    pub fn texture(&self) -> Option<&wgpu::TextureView> {
+        self.texture.as_ref().map(|tiles| &tiles.view)
+    }
 }
 
 /// What is wrong with surroundings of a scene, which are not drawn then.
@@ -284,6 +289,9 @@ impl Renderer {
         let state = &mut self.surroundings;
         let is_known = state.texture.as_ref().is_some_and(|tiles| tiles.atlas == atlas);
         if !is_known && !is_plan {
+            if let Some(former) = state.texture.take() {
+                destroy(&former.view);
+            }
             let view = create(&self.gpu, &atlas);
             state.texture = Some(Tiles { atlas, view, copied: None, pictures: Default::default() });
             state.probes = ProbeTexels::default();

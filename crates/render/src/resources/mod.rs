@@ -31,12 +31,12 @@ pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDE
 
 use crate::constants::DATA_WIDTH;
 use crate::decals::DecalAtlas;
-use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
+use crate::gpu::{Gpu, destroy};
 use crate::surroundings::known_surroundings;
 use environment::EnvironmentTiles;
 use manypass_scene::Cache;
-use manypass_scene::{EnvironmentMap, Material, Primitive, Scene, Texture};
+use manypass_scene::{EnvironmentMap, Material, Mesh, Primitive, Scene, Texture};
 use std::sync::Arc;
 
 /// What is written to the device is cut into pieces of so many bytes. The device copies it first, and the memory of
@@ -77,6 +77,8 @@ pub(crate) struct SceneResources {
     pub layers_deform: bool,
     /// Whether any should have some and has none.
     are_layers_left_out: bool,
+    /// Whether meshes are others than when the scene was followed last.
+    meshes_went_ahead: bool,
 }
 
 /// What [`SceneResources::follow`] did.
@@ -135,6 +137,7 @@ impl SceneResources {
             are_nodes_too_many: false,
             layers_deform: gpu.capabilities.layers_deform,
             are_layers_left_out: false,
+            meshes_went_ahead: false,
         }
     }
 
@@ -147,6 +150,12 @@ impl SceneResources {
         }
     }
 
+    /// Uploads meshes before [`Self::follow`] would upload them all at once, and gives back those that are not among
+    /// them.
+    pub fn follow_meshes(&mut self, gpu: &Gpu, meshes: &[Arc<Mesh>]) {
+        self.meshes_went_ahead |= self.geometry.follow(gpu, meshes).is_some();
+    }
+
     /// Uploads what `scene` has that is not there yet, and maps of the environment that were `computed`, and gives back
     /// what they no longer have. What is made of maps is looked for in `cache`.
     pub fn follow<'m>(
@@ -157,12 +166,10 @@ impl SceneResources {
         cache: Option<&dyn Cache>,
     ) -> Followed {
         let geometry_bytes = self.geometry.follow(gpu, &scene.meshes);
-        let mut followed = Followed {
-            written_bytes: geometry_bytes.unwrap_or(0),
-            has_changed: geometry_bytes.is_some(),
-            has_moved: geometry_bytes.is_some(),
-        };
-        if geometry_bytes.is_some() {
+        let are_others = std::mem::take(&mut self.meshes_went_ahead) || geometry_bytes.is_some();
+        let mut followed =
+            Followed { written_bytes: geometry_bytes.unwrap_or(0), has_changed: are_others, has_moved: are_others };
+        if are_others {
             self.reduced.forget_meshes();
         }
         if !self.followed.as_ref().is_some_and(|followed| followed.are_those_of(scene)) {
@@ -187,7 +194,9 @@ impl SceneResources {
         let pictures = known_surroundings(scene).filter_map(|of| of.picture.as_ref());
         let count = self.environments.len();
         let all = maps.map(|map| (map, false)).chain(pictures.map(|map| (map, true)));
-        self.environments.retain(|tiles| all.clone().any(|(map, is_of_place)| tiles.are_of(map, is_of_place)));
+        let is_gone =
+            |tiles: &mut EnvironmentTiles| !all.clone().any(|(map, is_of_place)| tiles.are_of(map, is_of_place));
+        self.environments.extract_if(.., is_gone).for_each(|tiles| destroy(&tiles.view));
         followed.has_moved |= self.environments.len() < count;
         for (map, is_of_place) in all {
             if !self.environments.iter().any(|tiles| tiles.are_of(map, is_of_place)) {
@@ -197,6 +206,14 @@ impl SceneResources {
             }
         }
         followed
+    }
+
+    /// Gives back at once what the scene takes; nothing of it is drawn any more.
+    pub fn destroy(&self) {
+        self.textures.views().chain(self.environments.iter().map(|tiles| &tiles.view)).for_each(destroy);
+        for pages in [&self.geometry.vertices, &self.geometry.skins, &self.geometry.indices] {
+            pages.destroy();
+        }
     }
 
     /// Makes what of materials is drawn where surfaces are seen small, for frames that want it. Says how many bytes

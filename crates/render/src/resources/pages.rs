@@ -153,6 +153,11 @@ impl Pages {
         while self.pages.pop_if(|slot| slot.is_none()).is_some() {}
     }
 
+    /// Frees all pages at once; nothing that lies in them is drawn any more.
+    pub fn destroy(&self) {
+        self.pages.iter().flatten().for_each(|page| page.buffer.destroy());
+    }
+
     /// The buffer of a page.
     pub fn buffer(&self, page: usize) -> Option<&wgpu::Buffer> {
         self.pages.get(page)?.as_ref().map(|page| &page.buffer)

@@ -5,7 +5,7 @@ use super::filtering::Sampling;
 use super::mips::{MipChain, Texels};
 use super::packing::{ImageSource, layer_images, wanted};
 use super::{Followed, STAGED_BYTES, WRITE_BYTES};
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, destroy};
 use manypass_graph::TextureDesc;
 use manypass_scene::capture::MONITOR_SIDE_MAX;
 use manypass_scene::material::LightEncoding;
@@ -131,7 +131,16 @@ impl Textures {
         let contents: BTreeSet<Content> = all.iter().map(|(_, content)| content.clone()).collect();
         let known = self.uploaded.len();
         let is_stale = std::mem::take(&mut self.is_stale);
-        self.uploaded.retain(|content, _| !is_stale && contents.contains(content));
+        self.uploaded.retain(|content, uploaded| {
+            let is_kept = !is_stale && contents.contains(content);
+            // Simulations hold their pictures themselves.
+            if let Some(view) =
+                uploaded.view.as_ref().filter(|_| !is_kept && !matches!(content, Content::Simulation(_)))
+            {
+                destroy(view);
+            }
+            is_kept
+        });
         let has_moved = std::mem::take(&mut self.has_lost) || self.uploaded.len() < known;
         let is_new = |(_, content): &&(ImageSource, Content)| !self.uploaded.contains_key(content);
         let new: BTreeMap<Content, ImageSource> =
@@ -181,6 +190,11 @@ impl Textures {
     /// What could not be decoded.
     pub fn warnings(&self) -> impl Iterator<Item = &String> {
         self.uploaded.values().flat_map(|uploaded| &uploaded.warnings)
+    }
+
+    /// All textures of the scene.
+    pub fn views(&self) -> impl Iterator<Item = &wgpu::TextureView> {
+        self.uploaded.values().filter_map(|uploaded| uploaded.view.as_ref())
     }
 
     /// Bytes of all textures.

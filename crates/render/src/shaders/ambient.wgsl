@@ -49,12 +49,14 @@ fn sun_radiance(direction: vec4f, irradiance: vec4f, shading: Shading, shares: v
         return (layered.diffuse * shares.z + layered.specular * (shares.x * disc)
             + layered.coat * (shares.y * coat_disc)) * irradiance.rgb;
     }
-    // Phong's and Blinn's lobes have other shapes, for which the share of a disc is not known here.
-    let of_ggx = sun_share(shading.normal, shading.to_eye, shading.roughness_alpha, direction);
-    let disc = select(1.0, of_ggx, reflectance_model == 0u);
-    let n_dot_l = max(dot(shading.normal, direction.xyz), 0.0);
-    let parts = reflectance(shading, direction.xyz, n_dot_l);
-    return (parts.diffuse * shares.z + parts.specular * (shares.x * disc)) * (irradiance.rgb * n_dot_l);
+    @if(!layered) {
+        // Phong's and Blinn's lobes have other shapes, for which the share of a disc is not known here.
+        let of_ggx = sun_share(shading.normal, shading.to_eye, shading.roughness_alpha, direction);
+        let disc = select(1.0, of_ggx, reflectance_model == 0u);
+        let n_dot_l = max(dot(shading.normal, direction.xyz), 0.0);
+        let parts = reflectance(shading, direction.xyz, n_dot_l);
+        return (parts.diffuse * shares.z + parts.specular * (shares.x * disc)) * (irradiance.rgb * n_dot_l);
+    }
 }
 
 fn suns_radiance(shading: Shading, diffuse_share: f32) -> vec3f {

@@ -54,12 +54,13 @@ fn add_reflected(
     @if(layered) {
         let layered = layered_reflectance(shading, to_light);
         (*sums).radiance += (layered.diffuse + layered.specular + layered.coat) * irradiance;
-        return;
     }
-    let parts = reflectance(shading, to_light, n_dot_l);
-    (*sums).radiance += ((parts.diffuse + parts.specular) * n_dot_l) * irradiance;
-    if splits_specular != 0u {
-        (*sums).specular += (parts.specular * n_dot_l) * irradiance;
+    @if(!layered) {
+        let parts = reflectance(shading, to_light, n_dot_l);
+        (*sums).radiance += ((parts.diffuse + parts.specular) * n_dot_l) * irradiance;
+        if splits_specular != 0u {
+            (*sums).specular += (parts.specular * n_dot_l) * irradiance;
+        }
     }
 }
 

@@ -3,15 +3,20 @@
 use super::accessor::{Component, to_f32, to_u32};
 use super::faults::List;
 use super::{Document, LoadError, draco, geometry, json::Json};
+use crate::turns::{Turns, give_turn};
 use crate::{Material, Mesh, MorphTarget, Primitive, Topology};
 use glam::{Vec3, Vec4};
 use std::sync::Arc;
 
-/// Every mesh.
-pub(super) fn read_meshes(document: &mut Document, materials: &[Material]) -> Result<Vec<Arc<Mesh>>, LoadError> {
+/// Every mesh. `turns` is asked after every primitive.
+pub(super) async fn read_meshes(
+    document: &mut Document<'_>,
+    materials: &[Material],
+    turns: &mut Turns<'_>,
+) -> Result<Vec<Arc<Mesh>>, LoadError> {
     let mut meshes = Vec::new();
     for (index, json) in document.root.objects("meshes")?.iter().enumerate() {
-        let read = read_mesh(document, json, materials);
+        let read = read_mesh(document, json, materials, turns).await;
         // What another primitive packs into the same accessors is not this.
         document.unpacked.clear();
         meshes.push(Arc::new(document.faults.or(List::Meshes, index, read, Mesh::default())));
@@ -19,7 +24,12 @@ pub(super) fn read_meshes(document: &mut Document, materials: &[Material]) -> Re
     Ok(meshes)
 }
 
-fn read_mesh(document: &mut Document, json: &Json, materials: &[Material]) -> Result<Mesh, LoadError> {
+async fn read_mesh(
+    document: &mut Document<'_>,
+    json: &Json<'_>,
+    materials: &[Material],
+    turns: &mut Turns<'_>,
+) -> Result<Mesh, LoadError> {
     let mut mesh = Mesh {
         name: json.name(),
         primitives: Vec::new(),
@@ -28,6 +38,7 @@ fn read_mesh(document: &mut Document, json: &Json, materials: &[Material]) -> Re
     for primitive in json.objects("primitives")? {
         mesh.primitives.push(read_primitive(document, &primitive, materials)?);
         document.unpacked.clear();
+        give_turn(turns).await;
     }
     let target_count = mesh.primitives.first().map_or(0, |primitive| primitive.morph_targets.len());
     if mesh.primitives.iter().any(|primitive| primitive.morph_targets.len() != target_count) {

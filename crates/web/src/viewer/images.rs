@@ -2,37 +2,52 @@
 
 use super::{Viewer, resolver};
 use crate::types::{Resources, decode_uri};
+use manypass::gpu::readback::yield_now;
+use manypass::scene::turns::Turn;
 use manypass::scene::{LateImages, ON_ITS_WAY, formats};
+use std::cell::Cell;
 use std::collections::HashSet;
+use std::rc::Rc;
 use wasm_bindgen::prelude::*;
+use web_time::{Duration, Instant};
+
+/// After so long the page has the thread: a frame at 60 a second.
+const SLICE: Duration = Duration::from_millis(16);
+
+/// Says that the page is to have the thread when a slice is over.
+fn turns() -> impl FnMut() -> Option<Turn> {
+    let began = Rc::new(Cell::new(Instant::now()));
+    move || {
+        let is_over = began.get().elapsed() >= SLICE;
+        is_over.then(|| {
+            let began = began.clone();
+            let turn: Turn = Box::pin(async move {
+                yield_now().await;
+                began.set(Instant::now());
+            });
+            turn
+        })
+    }
+}
 
 #[wasm_bindgen]
 impl Viewer {
     /// As `load`, but the model is there before its textures: those in the file come with `nextImage`, one at a time,
     /// and those of files at the addresses `late` with `giveImage`, or `missImage` where they cannot be had. Until then
-    /// materials are drawn as without them.
+    /// materials are drawn as without them. Reads and uploads in slices of some milliseconds, between which the page
+    /// has the thread.
     ///
     /// # Errors
-    /// As those of `load`.
+    /// As those of `load`, or the device was lost.
     #[wasm_bindgen(js_name = loadBeforeImages)]
-    pub fn load_before_images(
+    pub async fn load_before_images(
         &mut self,
         bytes: Vec<u8>,
         resources: Option<Resources>,
         late: Vec<String>,
     ) -> Result<(), JsError> {
-        let mut resolve = resolver(resources);
-        let decoded: HashSet<String> = late.iter().map(|late| decode_uri(late)).collect();
-        let late: HashSet<String> = late.into_iter().collect();
-        let mut later = |uri: &str| {
-            let is_late = late.contains(uri) || decoded.contains(uri);
-            resolve(uri).map_err(|message| if is_late { ON_ITS_WAY.to_owned() } else { message })
-        };
-        let mut loaded = formats::load_bytes(&bytes, &mut later, "the model")?;
-        let images = LateImages::withheld(&mut loaded.scene);
-        self.take(loaded.scene, loaded.warnings, None)?;
-        self.late = images;
-        Ok(())
+        let loss = self.loss.clone();
+        loss.or(self.load_in_turns(bytes, resources, late)).await
     }
 
     /// The decoded addresses of the image files that the model still waits for.
@@ -94,6 +109,30 @@ impl Viewer {
 }
 
 impl Viewer {
+    async fn load_in_turns(
+        &mut self,
+        bytes: Vec<u8>,
+        resources: Option<Resources>,
+        late: Vec<String>,
+    ) -> Result<(), JsError> {
+        let mut turns = turns();
+        let mut resolve = resolver(resources);
+        let decoded: HashSet<String> = late.iter().map(|late| decode_uri(late)).collect();
+        let late: HashSet<String> = late.into_iter().collect();
+        let mut later = |uri: &str| {
+            let is_late = late.contains(uri) || decoded.contains(uri);
+            resolve(uri).map_err(|message| if is_late { ON_ITS_WAY.to_owned() } else { message })
+        };
+        let mut loaded = formats::load_bytes_in_turns(&bytes, &mut later, "the model", &mut turns).await?;
+        let images = LateImages::withheld(&mut loaded.scene);
+        if !self.options.simplifies() {
+            self.renderer.load_in_turns(&loaded.scene, &mut turns).await?;
+        }
+        self.take(loaded.scene, loaded.warnings, None)?;
+        self.late = images;
+        Ok(())
+    }
+
     /// Once no image is to come any more, light is metered anew, and what is wrong with them is said.
     fn finish_images(&mut self) -> Result<(), JsError> {
         let Some(scene) = self.scene.as_ref().filter(|_| self.late.is_complete()) else { return Ok(()) };

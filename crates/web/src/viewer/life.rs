@@ -35,9 +35,10 @@ impl Backend {
 
     /// Binds `element`, and begins to watch its device.
     async fn bind(&self, element: web_sys::HtmlCanvasElement) -> Result<(Canvas, Renderer, Loss), JsError> {
-        let (canvas, gpu) = Canvas::bind(element, self.backends, &self.name).await?;
-        let loss = Loss::watch(&gpu.device, canvas.element(), canvas.is_webgl());
-        Ok((canvas, Renderer::new(gpu)?, loss))
+        let canvas = Canvas::bind(element, self.backends, &self.name).await?;
+        let loss = Loss::watch(canvas.device().number, canvas.element());
+        let renderer = canvas.device().renderer()?;
+        Ok((canvas, renderer, loss))
     }
 }
 
@@ -113,8 +114,10 @@ impl Viewer {
         let Self { canvas, renderer, effects, last, loss, .. } = self;
         if loss.is_of_context() {
             std::mem::forget((canvas, renderer, effects, last));
-        } else {
+        } else if canvas.is_alone() {
             renderer.gpu().device.destroy();
+        } else {
+            renderer.destroy();
         }
     }
 }
