@@ -257,10 +257,10 @@ fn glass_passes(renderer: &mut Renderer, scene: &Scene, layers: Option<u32>) -> 
         settings.transparency.refractive_layers = layers.unwrap_or(settings.transparency.refractive_layers);
     });
     let plan = renderer.plan(scene, &request).unwrap();
-    let is_of_glass = |name: &String| {
+    let is_of_glass = |name: &str| {
         ["transmissive", "glass", "behind"].iter().any(|begin| name.starts_with(begin)) && !name.contains(".halve.")
     };
-    plan.passes.iter().map(|pass| pass.name.clone()).filter(is_of_glass).collect()
+    plan.passes.iter().map(|pass| pass.name.to_string()).filter(|name| is_of_glass(name)).collect()
 }
 
 #[test]
