@@ -55,7 +55,7 @@ fn is_relit(pixel: vec2i, before: vec2f, difference: f32) -> bool {
     var agreeing = 0.0;
     for (var i = 0; i < 9; i++) {
         let light = luma(color_at(pixel + neighbour(i)).rgb);
-        let left = previous_at_texel(before + vec2f(neighbour(i)) / taa.shaded_per_texel);
+        let left = previous_at_texel(before + vec2f(neighbour(i)));
         let rises = (light - left.w) * sign(difference);
         let differs = rises > RELIT_MIN + RELIT_SHARE * (light + left.w);
         let began_lately = (i != 4) & (unpacked_count(left.y) <= RELIT_FRAMES);
@@ -99,8 +99,9 @@ fn fs_taa_surface(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let stood_still = (moving < 0.5) & (abs(left.z) > 0.5 * RATE_STILL);
     let light = luma(color_at(pixel).rgb);
     let difference = light - left.w;
-    // Where nothing at all changed no light did.
-    let relit = (moving < 0.5) & (taa.reach <= 0.0) & is_relit(pixel, before, difference);
+    // Where nothing at all changed no light did. Of a frame that is smaller than the picture 3 × 3 texels are so much of it
+    // that a fence which one frame misses looks like a shadow.
+    let relit = (upscales == 0u) & (moving < 0.5) & (taa.reach <= 0.0) & is_relit(pixel, before, difference);
     // The first frame comes before none.
     let goes_on = is_inside & (was_seen | stood_still) & (taa.gain > 0.0) & !relit;
 
