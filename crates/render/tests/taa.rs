@@ -140,9 +140,9 @@ const LUX: [f32; 2] = [2.4, 0.6];
 /// How far before it the caster of its shadow stands.
 const BEFORE_WALL_M: f32 = 6.0;
 
-/// A wall of one grey, or with texels as fine as pixels, which a sun from the right lights beside a light without shadows;
-/// and the caster of its shadow, which stands behind the camera, and as far to the right of its shadow as before the wall,
-/// half a metre wide.
+/// A wall of one grey, or with texels as fine as pixels, which a sun from the right lights beside a light without
+/// shadows; and the caster of its shadow, half a metre wide, which stands behind the camera, as far to the right of its
+/// shadow as before the wall.
 fn lit_wall(is_textured: bool) -> (Scene, NodeId) {
     let mut builder = flat_scene();
     let mut wall = grey(0.6);
@@ -178,8 +178,8 @@ fn columns(picture: &[u8]) -> Vec<f64> {
     (0..96).map(mean).collect()
 }
 
-/// How many columns a shadow between two edges, in pixels, is longer than it should be behind it, and how many are missing
-/// at its front: those beyond what the frame alone shows, by a fifth of the contrast.
+/// How many columns a shadow between two edges, in pixels, is longer than it should be behind it, and how many are
+/// missing at its front: those beyond what the frame alone shows, by a fifth of the contrast.
 fn trail(shown: &[u8], alone: &[u8], lit: &[u8], [behind, front]: [f32; 2]) -> (usize, usize) {
     let [shown, alone, lit] = [shown, alone, lit].map(columns);
     let dark = alone.iter().copied().fold(f64::INFINITY, f64::min);
