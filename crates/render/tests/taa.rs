@@ -12,8 +12,11 @@ use common::renderer;
 use common::shadows::shared;
 use glam::{Quat, Vec3};
 use manypass::{FrameRequest, Path, Renderer};
-use manypass_scene::{Node, Scene, Skin};
-use manypass_testkit::build::at;
+use manypass_scene::{
+    Image, ImageSource, Light, LightKind, Node, NodeId, PixelFormat, Pixels, Sampler, Scene, Skin, Texture, TextureRef,
+    primitives,
+};
+use manypass_testkit::build::{at, grey};
 
 #[test]
 fn a_static_fence_converges_to_its_still_and_does_not_shimmer() {
@@ -128,6 +131,114 @@ fn the_limbs_of_a_skinned_figure_are_followed() {
     let (smooth, bare) = (error(&request), error(&request.with(|settings| settings.taa.enabled = false)));
     println!("squared error {smooth:.1}, without {bare:.1}");
     assert!(smooth < 0.7 * bare, "squared error {smooth}, without {bare}");
+}
+
+/// Frames of a wall before its light changes, so that all means are of many.
+const FRAMES_BEFORE: usize = 32;
+/// The light of a wall, of which its shadow takes away all but the second one.
+const LUX: [f32; 2] = [2.4, 0.6];
+/// How far before it the caster of its shadow stands.
+const BEFORE_WALL_M: f32 = 6.0;
+
+/// A wall of one grey, or with texels as fine as pixels, which a sun from the right lights beside a light without
+/// shadows; and the caster of its shadow, half a metre wide, which stands behind the camera, as far to the right of its
+/// shadow as before the wall.
+fn lit_wall(is_textured: bool) -> (Scene, NodeId) {
+    let mut builder = flat_scene();
+    let mut wall = grey(0.6);
+    if is_textured {
+        const SIDE: u32 = 256;
+        // Greys from 0.35 to 0.9, in no order.
+        let texels = (0..SIDE * SIDE).flat_map(|texel| {
+            let grey = 160 + (texel.wrapping_mul(0x9e37_79b9) >> 16) as u8 % 86;
+            [grey, grey, grey, 255]
+        });
+        let pixels = Pixels { width: SIDE, height: SIDE, format: PixelFormat::Rgba8, data: texels.collect() };
+        builder.scene.images.push(Image { name: String::new(), source: ImageSource::Pixels(pixels.into()) });
+        builder.scene.textures.push(Texture { image: 0, sampler: Sampler::default() });
+        wall.base_color_texture = Some(TextureRef { texture: 0, uv_set: 0, transform: Default::default() });
+    }
+    let upright = Node { rotation: Quat::from_rotation_x(std::f32::consts::FRAC_PI_2), ..Node::default() };
+    builder.put(primitives::plane(9.0), wall, upright);
+    let caster = builder.put(bar(0.5, 9.0), grey(0.5), at(Vec3::new(-6.0, 0.0, BEFORE_WALL_M)));
+    let sun = Light { kind: LightKind::Directional, intensity: LUX[0], ..Light::default() };
+    builder.light(sun.clone(), Vec3::ZERO, Vec3::new(-1.0, 0.0, -1.0));
+    builder.light(Light { intensity: LUX[1], casts_shadows: false, ..sun }, Vec3::ZERO, Vec3::new(-1.0, 0.0, -1.0));
+    (builder.finish(), caster)
+}
+
+/// The next of frames of it.
+fn live_wall(scene: &Scene) -> FrameRequest {
+    live(scene).with(|settings| settings.shadows.enabled = true)
+}
+
+/// Of each column, the mean of a picture, of 255.
+fn columns(picture: &[u8]) -> Vec<f64> {
+    let mean = |column: usize| (0..64).map(|row| f64::from(picture[4 * (96 * row + column) + 1])).sum::<f64>() / 64.0;
+    (0..96).map(mean).collect()
+}
+
+/// How many columns a shadow between two edges, in pixels, is longer than it should be behind it, and how many are
+/// missing at its front: those beyond what the frame alone shows, by a fifth of the contrast.
+fn trail(shown: &[u8], alone: &[u8], lit: &[u8], [behind, front]: [f32; 2]) -> (usize, usize) {
+    let [shown, alone, lit] = [shown, alone, lit].map(columns);
+    let dark = alone.iter().copied().fold(f64::INFINITY, f64::min);
+    let share = |of: &[f64], column: usize| (lit[column] - of[column]) / (lit[column] - dark).max(1.0);
+    let off = |column: usize| share(&shown, column) - share(&alone, column);
+    let middle = ((0.5 * (behind + front)).max(0.0) as usize).min(96);
+    let longer = (0..middle).filter(|column| off(*column) > 0.2).count();
+    (longer, (middle..96).filter(|column| off(*column) < -0.2).count())
+}
+
+#[test]
+fn a_shadow_that_moves_over_a_still_floor_leaves_no_trail() {
+    let mut renderer = shared();
+    for (is_textured, speed_px) in [(false, 2.0), (false, 8.0), (true, 2.0), (true, 8.0)] {
+        let (scene, caster) = lit_wall(is_textured);
+        let request = live_wall(&scene);
+        begin(&mut renderer, &scene);
+        let alone = request.with(|settings| settings.taa.enabled = false);
+        let lit = (0..FRAMES_BEFORE).map(|_| picture(&mut renderer, &scene, &request)).last().unwrap();
+        let (mut worst, mut in_shadow) = ((0, 0), 0);
+        for frame in 0..(96.0 / speed_px) as usize {
+            let front_px = speed_px * frame as f32;
+            let mut moved = scene.clone();
+            // The picture is 4 m wide, and the middle of the shadow a quarter of a metre behind its front.
+            moved.node_mut(caster).translation.x = front_px / 24.0 - 2.0 - 0.25 + BEFORE_WALL_M;
+            moved.update_transforms();
+            let shown = picture(&mut renderer, &moved, &request);
+            let bare = picture(&mut renderer, &moved, &alone);
+            let (longer, missing) = trail(&shown, &bare, &lit, [front_px - 12.0, front_px]);
+            worst = (worst.0.max(longer), worst.1.max(missing));
+            let (bare, lit) = (columns(&bare), columns(&lit));
+            in_shadow += bare.iter().zip(&lit).filter(|(bare, lit)| **bare < 0.7 * **lit).count();
+        }
+        println!("textured: {is_textured}, {speed_px} px a frame: {worst:?} columns, {in_shadow} in shadow");
+        assert!(in_shadow > 60, "the test looks at {in_shadow} columns");
+        assert!(worst.0 <= 3 && worst.1 <= 3, "textured: {is_textured}, {speed_px} px a frame: {worst:?} columns");
+    }
+}
+
+#[test]
+fn a_lamp_that_changes_is_seen_at_once() {
+    let mut renderer = shared();
+    for is_textured in [false, true] {
+        let (scene, _) = lit_wall(is_textured);
+        let request = live_wall(&scene);
+        begin(&mut renderer, &scene);
+        for _ in 0..FRAMES_BEFORE {
+            renderer.render(&scene, &request).unwrap();
+        }
+        let mean = |picture: &[u8]| columns(picture).iter().sum::<f64>() / 96.0;
+        let was = mean(&renderer.read_display().unwrap());
+        let mut dimmed = scene.clone();
+        dimmed.lights[0].intensity *= 0.2;
+        let shown = mean(&picture(&mut renderer, &dimmed, &request));
+        let alone = mean(&picture(&mut renderer, &dimmed, &request.with(|settings| settings.taa.enabled = false)));
+        println!("textured: {is_textured}: {was:.1}, then {shown:.1}; the frame alone {alone:.1}");
+        assert!(was - alone > 40.0, "the lamp does not change: {was} and {alone}");
+        assert!((shown - alone).abs() < 0.1 * (was - alone), "{shown} and not {alone} after {was}");
+    }
 }
 
 #[test]

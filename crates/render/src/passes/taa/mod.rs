@@ -5,7 +5,8 @@
 //! in YCoCg, weights by brightness); Salvi 2016, "An Excursion in Temporal Supersampling" (boxes by variance); Jimenez
 //! 2016, "Filmic SMAA" (Catmull-Rom in five lookups). Differences: what stands still has the mean of many frames, and not
 //! one that forgets fast, so that nothing shimmers; for that boxes are as wide as the pixel flickers, which is known by
-//! differences of two frames that have opposite signs, so that a change of light, which has one, leaves no trail.
+//! differences of two frames that have opposite signs. Where a surface stands still and another light falls on it, by all of
+//! 3 × 3 pixels, its mean begins anew (`surface.wgsl`), so that shadows that move, and lamps that change, leave no trail.
 //! Brightness is compressed by a curve that is straight up to where the default tone curve is, so that the mean is that of
 //! display colours, as in stills.
 //!

@@ -1,4 +1,5 @@
-// taa.surface: whether the frames before showed the surface of a pixel, how many did, and how much it flickers.
+// taa.surface: whether the frames before showed the surface of a pixel under the same light, how many did, and how much it
+// flickers.
 // Reads: radiance, linear_depth, motion, previous_surface. Writes: taa.surface (rgba16float, whose counts are whole; rgba32float
 // where the picture is larger than the frame): log2 of the farthest distance
 // of 3 × 3 pixels in metres; how many frames are averaged, plus 128 (2048) times the number of the nearest of these pixels
@@ -27,10 +28,43 @@ const CHANGE_MIN: f32 = 0.04;
 // So that there is a sign, and that it tells where something moves.
 const RATE_MOVING: f32 = 0.001;
 const RATE_STILL: f32 = 0.004;
+// By more than this share of the sum of both, and this much of the display's white, luma differs under another light.
+const RELIT_SHARE: f32 = 0.04;
+const RELIT_MIN: f32 = 0.004;
+// Means of so few frames began when the light changed beside a pixel.
+const RELIT_FRAMES: f32 = 2.0;
 
 fn distance_at(texel: vec2i) -> f32 {
     let last = vec2i(textureDimensions(linear_depth)) - 1;
     return textureLoad(linear_depth, clamp(texel, vec2i(0), last), 0).r;
+}
+
+// What the last frame knew at a place.
+fn previous_at_texel(position_px: vec2f) -> vec4f {
+    let last = vec2f(textureDimensions(previous_surface)) - 1.0;
+    return textureLoad(previous_surface, vec2i(clamp(position_px, vec2f(0.0), last)), 0);
+}
+
+// Whether another light falls on a surface than in the frames before. Then luma is on one side of its means in all of
+// 3 × 3 texels, by a share of itself, since light multiplies what textures show; what is seen in some frames alone covers
+// fewer of them. Jitter moves it by less than the contrast of these texels, of which the lesser one counts: means are
+// smoother than a frame, and both have less in shadow. Where light changed one or two frames ago means are those of the
+// new light, so that a shadow's edge that moves slowly is followed as well.
+fn is_relit(pixel: vec2i, before: vec2f, difference: f32) -> bool {
+    var sums = vec4f(0.0);
+    var agreeing = 0.0;
+    for (var i = 0; i < 9; i++) {
+        let light = luma(color_at(pixel + neighbour(i)).rgb);
+        let left = previous_at_texel(before + vec2f(neighbour(i)));
+        let rises = (light - left.w) * sign(difference);
+        let differs = rises > RELIT_MIN + RELIT_SHARE * (light + left.w);
+        let began_lately = (i != 4) & (unpacked_count(left.y) <= RELIT_FRAMES);
+        agreeing += select(0.0, 1.0, differs | began_lately);
+        sums += vec4f(light, light * light, left.w, left.w * left.w);
+    }
+    let means = sums / 9.0;
+    let variance = max(min(means.y - means.x * means.x, means.w - means.z * means.z), 0.0);
+    return (agreeing > 8.5) & (difference * difference > variance);
 }
 
 @fragment
@@ -53,7 +87,7 @@ fn fs_taa_surface(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let before = position.xy - moved;
     let size = vec2f(textureDimensions(previous_surface));
     let is_inside = all(before >= vec2f(0.0)) & all(before < size);
-    let left = textureLoad(previous_surface, vec2i(clamp(before, vec2f(0.0), size - 1.0)), 0);
+    let left = previous_at_texel(before);
 
     // As far away as it was from the last camera, if it did not move itself.
     let position_world = vec4f(position_world_from_pixel(floor(place) + 0.5, distance_m), 1.0);
@@ -63,11 +97,14 @@ fn fs_taa_surface(@builtin(position) position: vec4f) -> @location(0) vec4f {
     // Where nothing moved nothing came to light, though this frame may look through a gap that the last one missed.
     let moving = motion_of(moved);
     let stood_still = (moving < 0.5) & (abs(left.z) > 0.5 * RATE_STILL);
-    // The first frame comes before none.
-    let goes_on = is_inside & (was_seen | stood_still) & (taa.gain > 0.0);
-
     let light = luma(color_at(pixel).rgb);
     let difference = light - left.w;
+    // Where nothing at all changed no light did. Of a frame that is smaller than the picture 3 × 3 texels are so much of it
+    // that a fence which one frame misses looks like a shadow.
+    let relit = (upscales == 0u) & (moving < 0.5) & (taa.reach <= 0.0) & is_relit(pixel, before, difference);
+    // The first frame comes before none.
+    let goes_on = is_inside & (was_seen | stood_still) & (taa.gain > 0.0) & !relit;
+
     let side = select(-1.0, 1.0, difference > 0.0);
     let turns = side * left.z < 0.0;
     let was_flickering = flickers(left.z);
