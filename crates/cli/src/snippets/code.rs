@@ -34,7 +34,7 @@ fn files(folder: &Path, ending: &str, found: &mut Vec<Source>) {
 
 fn sources(ending: &str) -> Vec<Source> {
     let mut found = Vec::new();
-    for folder in ["crates", "docs/examples"] {
+    for folder in ["crates", "docs/examples", "xtask"] {
         files(&root().join(folder), ending, &mut found);
     }
     assert!(found.len() > 20, "{} files .{ending}", found.len());
