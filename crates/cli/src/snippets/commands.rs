@@ -88,9 +88,10 @@ fn fault_of(command: Command, page: &[Snippet], own: &Own) -> Result<(), Failure
         Command::Render(mut args) => {
             own_effects(&mut args.frame.change.effects);
             stand_in(&mut args.frame);
-            let is_many =
-                |input: &OsString| input.to_string_lossy().contains(['*', '/']) && !Path::new(input).has_root();
-            let job = Job::new(&args, args.inputs.len() > 1 || args.inputs.iter().any(is_many), &aov_names())?;
+            let names_many =
+                |input: &OsString| input.to_string_lossy().contains('*') || input.to_string_lossy().ends_with('/');
+            let are_several = args.inputs.len() > 1 || args.inputs.iter().any(names_many);
+            let job = Job::new(&args, are_several, &aov_names())?;
             let (settings, _) =
                 Chosen::of_frame(&args.frame)?.meeting_stages(true).settings(Settings::default(), None)?;
             job.check(&settings)?;
