@@ -6,7 +6,8 @@
 /// ```no_run
 /// # use manypass_bake::{Around, BakeSettings, Encoding};
 /// # use manypass_scene::{Scene, gltf_file::Parts};
-/// # fn example(mut scene: Scene, environment: impl Around, mut parts: Parts) -> Result<(), Box<dyn std::error::Error>> {
+/// # type Done = Result<(), Box<dyn std::error::Error>>;
+/// # fn example(mut scene: Scene, environment: impl Around, mut parts: Parts) -> Done {
 /// let baked = manypass_bake::bake(&scene, Some(&environment), &BakeSettings::default(), &())?;
 /// baked.apply(&mut scene)?;
 /// baked.write(&mut parts, &scene, Encoding::Exr)?;
@@ -20,7 +21,8 @@ pub struct BakingPage;
 /// ```no_run
 /// # use manypass_bake::{Around, ProbeBaker, ProbeSettings, Surfaces};
 /// # use manypass_scene::{Scene, gltf_file::Parts, probes::ProbeGrid};
-/// # fn example(mut scene: Scene, environment: impl Around, mut parts: Parts) -> Result<(), Box<dyn std::error::Error>> {
+/// # type Done = Result<(), Box<dyn std::error::Error>>;
+/// # fn example(mut scene: Scene, environment: impl Around, mut parts: Parts) -> Done {
 /// let surfaces = Surfaces::new(&scene);
 /// let grid = ProbeGrid::over("room", &scene.bounds_world(), Some(0.5))?;
 /// let baker = ProbeBaker::new(&scene, &surfaces, Some(&environment), vec![grid], &ProbeSettings::default())?;

@@ -64,8 +64,8 @@ impl Many {
         }
     }
 
-    /// The name of the file with `count` of them. That of [`Self::Items`] is a stage, whose model is the file of as many
-    /// [`Self::Nodes`] beside it.
+    /// The name of the file with `count` of them. That of [`Self::Items`] is a stage; its model is the file of as many
+    /// [`Self::Nodes`].
     pub fn file_name(self, count: usize) -> String {
         let stem = self.name().replace(' ', "-");
         let ending = match self {

@@ -76,8 +76,8 @@ pub fn snippets(page: &str, text: &str) -> Vec<Snippet> {
     snippets
 }
 
-/// The commands of a page: the lines of its `sh` snippets, and what stands in its sentences between backticks and begins
-/// with the program's name.
+/// The commands of a page: the lines of its `sh` snippets, and what stands in sentences between backticks and begins with
+/// the program's name.
 pub fn commands(page: &str, text: &str) -> Vec<Command> {
     let command = |place: String, words: Vec<String>, is_mentioned: bool| Command {
         place,

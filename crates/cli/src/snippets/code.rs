@@ -49,8 +49,8 @@ fn plain(line: &str) -> String {
     if code.starts_with("//") { String::new() } else { code.split_whitespace().collect::<Vec<_>>().join(" ") }
 }
 
-/// What is wrong with Rust: of the docs, lines that no doc test has one after the other; of the architecture, which shows
-/// parts of what is there, lines that no source has.
+/// What is wrong with Rust: of the docs, lines that no doc test has one after the other; of the architecture, which
+/// shows parts of what is there, lines that no source has.
 pub fn rust_faults(snippet: &Snippet) -> Vec<String> {
     let sources = sources("rs");
     let wanted: Vec<(usize, String)> = snippet.text.lines().map(plain).enumerate().collect();

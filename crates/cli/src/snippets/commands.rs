@@ -67,8 +67,8 @@ fn fault(shown: &Shown, page: &[Snippet], own: &Own) -> Option<String> {
     }
 }
 
-/// Whether what the parser says is that help was asked for, or, of what is mentioned in a sentence, that something is left
-/// out there or stands in capitals for any name.
+/// Whether what the parser says is that help was asked for, or, of what is mentioned in a sentence, that something is
+/// left out there or stands in capitals for any name.
 fn is_fine(error: &clap::Error, shown: &Shown) -> bool {
     let stands_for_any = |word: &String| word.len() > 1 && word.chars().all(|letter| letter.is_ascii_uppercase());
     match error.kind() {
