@@ -22,6 +22,8 @@ mod progress;
 mod sampling;
 mod seams;
 mod small_source;
+#[cfg(doctest)]
+mod snippets;
 mod surfaces;
 mod surroundings;
 mod texels;

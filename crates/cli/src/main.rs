@@ -40,6 +40,8 @@ mod scenes;
 mod session;
 mod settings;
 mod shot;
+#[cfg(test)]
+mod snippets;
 mod stage;
 mod stream;
 mod surroundings;

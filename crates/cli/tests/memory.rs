@@ -4,12 +4,12 @@
 
 mod common;
 
-use common::watch::watch;
+use common::watch::{peak_mib, start, watch};
 use common::{Folder, Run, has_adapter, run_with, triangle_glb};
 use manypass_testkit::needs;
 use serde_json::json;
 use std::process::Command;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Runs the program in `folder` with an address space of so many KiB.
 fn run_limited(folder: &Folder, address_space_kib: u64, args: &[&str]) -> Run {
@@ -142,6 +142,50 @@ fn textures_and_meshes_take_two_and_a_half_times_their_size_at_most() {
         println!("{name}: {large:.0} MiB decoded, {large_peak} MiB at the most, {small_peak} without: {ratio:.2}");
         assert!((0.5..most).contains(&ratio), "{name}: {ratio} bytes for each");
     }
+}
+
+/// What is kept of a picture that is done adds up where it should not be kept.
+#[test]
+fn the_last_hundred_of_two_hundred_pictures_add_little() {
+    const MODELS: usize = 10;
+    const PICTURES: usize = 200;
+    const ADDED_MAX_MIB: u64 = 20;
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("memory-batch");
+    let models: Vec<String> = (0..MODELS).map(|model| format!("{model}.glb")).collect();
+    for (model, name) in models.iter().enumerate() {
+        folder.write(name, &triangle_glb([model as f32 / MODELS as f32, 0.5, 0.5]));
+    }
+    let frames = (PICTURES / MODELS).to_string();
+    let mut args = vec!["render"];
+    args.extend(models.iter().map(String::as_str));
+    args.extend(["-o", "{stem}_{frame:02}.png", "--turntable", &frames, "--size", "32x32", "--samples", "1"]);
+    args.extend(["--report", "report.jsonl", "--quiet", "--no-cache"]);
+    let begun = Instant::now();
+    let mut child = start(&folder, &args);
+    let done = || std::fs::read_to_string(folder.join("report.jsonl")).map_or(0, |text| text.lines().count());
+    let (mut peak, mut of_half) = (0, None);
+    let status = loop {
+        peak = peak_mib(child.id()).unwrap_or(0).max(peak);
+        if of_half.is_none() && done() >= PICTURES / 2 {
+            of_half = Some(peak);
+        }
+        if let Some(status) = child.try_wait().expect("waited for") {
+            break status;
+        }
+        if begun.elapsed() > Duration::from_secs(120) {
+            let _ = child.kill();
+            let _ = child.wait();
+            panic!("{} of {PICTURES} pictures in two minutes", done());
+        }
+        std::thread::sleep(Duration::from_millis(10));
+    };
+    assert!(status.success() && done() == PICTURES, "{status}, {} pictures", done());
+    let of_half = of_half.expect("it is looked at between two pictures");
+    println!("{of_half} MiB with half of the pictures, {peak} with all, in {:.1} s", begun.elapsed().as_secs_f64());
+    assert!(of_half > 0 && peak - of_half < ADDED_MAX_MIB, "{of_half} MiB with half of the pictures, {peak} with all");
 }
 
 /// Lavapipe compiles a shader again whenever uniforms change on which alone a branch of it depends; of glass that took

@@ -1,9 +1,10 @@
 //! A picture's camera as data: for reports, for headers of files, and for OpenCV.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec3, DVec4, Mat4};
 use manypass::{FrameRequest, View};
 use manypass_scene::{Projection, Scene};
 use serde::Serialize;
+use std::collections::HashMap;
 
 /// A matrix as a list of its rows; it multiplies column vectors from the left.
 pub type Rows<const N: usize, const M: usize> = [[f64; M]; N];
@@ -246,19 +247,21 @@ pub struct SceneCamera {
 
 /// The cameras of a scene, in a picture of `width` × `height` pixels, as of the last update of its transforms.
 pub fn scene_cameras(scene: &Scene, width: u32, height: u32) -> Vec<SceneCamera> {
-    let placed = scene.placed_cameras();
-    let camera = |(index, camera): (usize, &manypass_scene::Camera)| {
-        let place = placed.iter().find(|(placed, ..)| *placed == index);
-        SceneCamera {
-            index,
-            name: camera.name.clone(),
-            node: scene.nodes.iter().position(|node| node.camera == Some(index)),
-            camera: place.map(|(_, world_from_view, _)| {
-                let projection = camera.projection_in(width as f32 / height.max(1) as f32);
-                let view = View { world_from_view: *world_from_view, projection };
-                CameraData::new(&view, width, height)
-            }),
-        }
+    let places: HashMap<usize, Mat4> =
+        scene.placed_cameras().into_iter().map(|(index, world_from_view, _)| (index, world_from_view)).collect();
+    let mut nodes = HashMap::new();
+    for (node, camera) in scene.nodes.iter().enumerate().filter_map(|(node, of)| Some((node, of.camera?))) {
+        nodes.entry(camera).or_insert(node);
+    }
+    let camera = |(index, camera): (usize, &manypass_scene::Camera)| SceneCamera {
+        index,
+        name: camera.name.clone(),
+        node: nodes.get(&index).copied(),
+        camera: places.get(&index).map(|world_from_view| {
+            let projection = camera.projection_in(width as f32 / height.max(1) as f32);
+            let view = View { world_from_view: *world_from_view, projection };
+            CameraData::new(&view, width, height)
+        }),
     };
     scene.cameras.iter().enumerate().map(camera).collect()
 }
@@ -266,7 +269,7 @@ pub fn scene_cameras(scene: &Scene, width: u32, height: u32) -> Vec<SceneCamera>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Mat4, Quat, Vec3};
+    use glam::{Quat, Vec3};
 
     const EYE: Vec3 = Vec3::new(3.0, 4.0, 5.0);
 

@@ -62,6 +62,8 @@ pub mod shader;
 mod shading_settings;
 mod shadows;
 mod simulation;
+#[cfg(doctest)]
+mod snippets;
 mod stage;
 mod surroundings;
 mod tone_curve;

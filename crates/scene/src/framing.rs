@@ -193,12 +193,21 @@ impl Scene {
 
     /// Whether an animation moves a camera, or what carries it.
     pub fn has_moving_cameras(&self) -> bool {
-        let carriers = |id: NodeId| std::iter::successors(Some(id), |id| self.nodes.get(id.0 as usize)?.parent);
-        let ids = (0u32..).zip(&self.nodes).filter(|(_, node)| node.camera.is_some()).map(|(id, _)| NodeId(id));
-        let carried: Vec<NodeId> = ids.flat_map(carriers).collect();
+        let mut carries = vec![false; self.nodes.len()];
+        for (index, node) in self.nodes.iter().enumerate().filter(|(_, node)| node.camera.is_some()) {
+            let (mut index, mut parent) = (index, node.parent);
+            // Above what is known all is known.
+            while let Some(slot) = carries.get_mut(index).filter(|carries| !**carries) {
+                *slot = true;
+                let Some(NodeId(above)) = parent else { break };
+                index = above as usize;
+                parent = self.nodes.get(index).and_then(|node| node.parent);
+            }
+        }
+        let is_carrier = |id: NodeId| carries.get(id.0 as usize).copied().unwrap_or(false);
         let moves = |animation: &Animation| {
             let changes_lens = animation.properties.iter().any(|of| matches!(of.property, Property::Camera(..)));
-            changes_lens || animation.channels.iter().any(|channel| carried.contains(&channel.node))
+            changes_lens || animation.channels.iter().any(|channel| is_carrier(channel.node))
         };
         self.animations.iter().any(moves)
     }
@@ -206,10 +215,14 @@ impl Scene {
     /// The cameras of visible nodes in the order of the file, each with its index, `world_from_view` without the scale
     /// of its node, and projection.
     pub fn placed_cameras(&self) -> Vec<(usize, Mat4, Projection)> {
-        let visible = self.visible_nodes();
-        let placed = self.cameras.iter().enumerate().filter_map(|(index, camera)| {
-            let id = visible.iter().find(|id| self.node(**id).camera == Some(index))?;
-            let (_, rotation, translation) = self.node(*id).world_from_object.to_scale_rotation_translation();
+        let mut node_of: Vec<Option<NodeId>> = vec![None; self.cameras.len()];
+        for id in self.visible_nodes() {
+            if let Some(slot) = self.node(id).camera.and_then(|camera| node_of.get_mut(camera)) {
+                slot.get_or_insert(id);
+            }
+        }
+        let placed = self.cameras.iter().zip(node_of).enumerate().filter_map(|(index, (camera, id))| {
+            let (_, rotation, translation) = self.node(id?).world_from_object.to_scale_rotation_translation();
             Some((index, Mat4::from_rotation_translation(rotation, translation), camera.projection))
         });
         placed.collect()

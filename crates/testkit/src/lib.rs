@@ -5,13 +5,16 @@
 //! `f64` whose BRDF is written from the papers and shares no code with the renderer; [`radiance_file`] keeps what took
 //! it long. [`shadow_edges`] knows where shadows of simple things end. [`scenes`] gives small scenes to both renderer
 //! and ray caster, [`build`] puts others together, and [`ktx2`] containers; [`data_uri()`] puts them into a file's
-//! text. This crate knows no GPU.
+//! text. [`growth`] writes files with very many things; [`pages`] has the
+//! commands and the code that the docs show. This crate knows no GPU.
 
 pub mod build;
 pub mod compare;
 mod data_uri;
+pub mod growth;
 pub mod ktx2;
 pub mod needs;
+pub mod pages;
 pub mod radiance_file;
 pub mod raycast;
 pub mod scenes;

@@ -9,6 +9,7 @@ mod decals;
 mod effects;
 mod environment;
 mod fields;
+mod growth;
 mod levels;
 mod limit;
 mod machine;
@@ -96,6 +97,7 @@ impl Bench<'_> {
             (TableName::Decals, _) => decals::print(self),
             (TableName::Simulations, _) => simulations::print(self),
             (TableName::Environment, _) => environment::print(self),
+            (TableName::Growth, _) => growth::print(self),
             (TableName::Baking, _) => baking::print(self),
             (TableName::Baseline, Some(other)) => baseline::print(self, other),
             (TableName::Baseline, None) => Ok(()),

@@ -17,8 +17,8 @@ pub struct Watched {
     pub time: Duration,
 }
 
-/// The most memory that the process held so far, in MiB.
-fn peak_mib(process: u32) -> Option<u64> {
+/// The most memory that the process held so far, in MiB; none where the system does not tell.
+pub fn peak_mib(process: u32) -> Option<u64> {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     Some(line.split_whitespace().next()?.parse::<u64>().ok()? >> 10)

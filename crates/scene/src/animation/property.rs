@@ -5,9 +5,10 @@ use super::{Interpolation, sample_weights, span};
 use crate::material::{LayerMap, Mapped, TextureRef};
 use crate::{AlphaMode, LightKind, Material, NodeId, Projection, Scene};
 use glam::{Vec2, Vec3, Vec4};
+use std::collections::HashMap;
 
 /// A factor of a material, as [`Material`] and its layers have it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "the names are those of the fields")]
 pub enum MaterialFactor {
     BaseColor,
@@ -45,7 +46,7 @@ pub enum MaterialFactor {
 }
 
 /// A place of a material where a texture may be.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "the names are those of the fields")]
 pub enum TextureSlot {
     BaseColor,
@@ -57,7 +58,7 @@ pub enum TextureSlot {
 }
 
 /// A part of [`crate::TextureTransform`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "the names are those of the fields")]
 pub enum TransformPart {
     Offset,
@@ -66,7 +67,7 @@ pub enum TransformPart {
 }
 
 /// A number of a light.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "the names are those of the fields")]
 pub enum LightProperty {
     Color,
@@ -77,7 +78,7 @@ pub enum LightProperty {
 }
 
 /// A number of a camera.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[allow(missing_docs, reason = "the names are those of the fields")]
 pub enum CameraProperty {
     FovY,
@@ -88,7 +89,7 @@ pub enum CameraProperty {
 }
 
 /// Something that is animated, and not by a node's transform or weights.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Property {
     /// A factor of a material.
     Material(usize, MaterialFactor),
@@ -324,12 +325,13 @@ impl Scene {
                 Some((channel.property, Vec4::from(values)))
             })
             .collect();
-        let strengths: Vec<(usize, f32)> =
-            set.iter().filter_map(|(property, values)| property.strength(values.x)).collect();
+        // Of two that are animated at once the first counts.
+        let strengths: HashMap<usize, f32> =
+            set.iter().rev().filter_map(|(property, values)| property.strength(values.x)).collect();
         for (property, values) in &mut set {
-            let of =
-                |(material, _): &&(usize, f32)| *property == Property::Material(*material, MaterialFactor::Emissive);
-            *values *= strengths.iter().find(of).map_or(1.0, |(_, strength)| *strength);
+            if let Property::Material(material, MaterialFactor::Emissive) = *property {
+                *values *= strengths.get(&material).copied().unwrap_or(1.0);
+            }
         }
         set.into_iter().for_each(|(property, values)| property.set(self, values));
     }

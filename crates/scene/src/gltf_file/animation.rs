@@ -7,6 +7,7 @@ use super::{Document, LoadError, json::Json};
 use crate::animation::{MaterialFactor, Property, PropertyChannel};
 use crate::{Animation, Channel, Interpolation, Keyframes, NodeId, Scene};
 use glam::{Quat, Vec3};
+use std::collections::HashSet;
 
 /// What a channel of a node may change.
 const NODE_PATHS: [&str; 4] = ["translation", "rotation", "scale", "weights"];
@@ -163,20 +164,21 @@ fn read_property(document: &mut Document, sampler: &Json, property: Property) ->
 /// Where only one of a material's emission and its strength moves, the other is as the material has it; both multiply
 /// each other.
 fn settle_emission(document: &Document, animation: &mut Animation) -> Result<(), LoadError> {
-    let moved: Vec<Property> = animation.properties.iter().map(|channel| channel.property).collect();
+    let moved: HashSet<Property> = animation.properties.iter().map(|channel| channel.property).collect();
+    let materials = if moved.is_empty() { Vec::new() } else { document.root.objects("materials")? };
     let moves = |material, factor| moved.contains(&Property::Material(material, factor));
     for channel in &mut animation.properties {
         match channel.property {
             Property::Material(material, MaterialFactor::Emissive)
                 if !moves(material, MaterialFactor::EmissiveStrength) =>
             {
-                let (_, strength) = emission(document, material)?;
+                let (_, strength) = emission(materials.get(material))?;
                 channel.values.iter_mut().for_each(|value| *value *= strength);
             }
             Property::Material(material, MaterialFactor::EmissiveStrength)
                 if !moves(material, MaterialFactor::Emissive) =>
             {
-                let (factor, _) = emission(document, material)?;
+                let (factor, _) = emission(materials.get(material))?;
                 channel.property = Property::Material(material, MaterialFactor::Emissive);
                 channel.values = channel.values.iter().flat_map(|strength| (factor * *strength).to_array()).collect();
             }
@@ -187,9 +189,8 @@ fn settle_emission(document: &Document, animation: &mut Animation) -> Result<(),
 }
 
 /// The emission of a material, and its strength.
-fn emission(document: &Document, material: usize) -> Result<(Vec3, f32), LoadError> {
-    let materials = document.root.objects("materials")?;
-    let Some(json) = materials.get(material) else { return Ok((Vec3::ZERO, 1.0)) };
+fn emission(material: Option<&Json>) -> Result<(Vec3, f32), LoadError> {
+    let Some(json) = material else { return Ok((Vec3::ZERO, 1.0)) };
     let factor = Vec3::from(json.numbers("emissiveFactor")?.unwrap_or([0.0; 3]));
     let extension = json.extension("KHR_materials_emissive_strength")?;
     let strength = extension.map(|extension| extension.number("emissiveStrength")).transpose()?.flatten();

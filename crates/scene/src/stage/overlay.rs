@@ -8,7 +8,7 @@ use crate::overlay::{
 };
 use crate::{Diagnostic, Image, ImageSource, PixelFormat, Pixels, Scene};
 use glam::{Vec2, Vec3};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 /// Keys that name a file.
@@ -175,10 +175,13 @@ pub(super) fn overlay(
     }
     let mut files = OverlayFiles::default();
     let mut items = Vec::with_capacity(entries.len());
+    let has_nodes = entries.iter().any(|entry| entry.node.is_some());
+    let nodes = if has_nodes { scene.nodes.as_slice() } else { &[] };
+    let names: HashSet<&str> = nodes.iter().map(|node| node.name.as_str()).collect();
     for entry in entries {
         let mut item = entry.item.clone();
         if let Some(node) = &entry.node
-            && !scene.nodes.iter().any(|known| known.name == node.value)
+            && !names.contains(node.value.as_str())
         {
             let known = scene.nodes.iter().map(|node| node.name.as_str()).filter(|name| !name.is_empty());
             let message = format!("the model has no node called `{}`", node.value);
