@@ -69,7 +69,7 @@ fn a_lamp_out_of_focus_keeps_its_light_on_a_disk_wherever_it_is_and_whatever_is_
     // The lamp in front of what is sharp, before a wall in focus and before one that is not; both behind it; and the lamp on
     // the wall.
     for (lamp_m, wall_m, focus_m, radii_px) in [
-        (2.0, 8.0, 8.0, &[2.0, 6.0, 12.0, 30.0, 44.0][..]),
+        (2.0, 8.0, 8.0, &[3.0, 6.0, 12.0, 30.0, 44.0][..]),
         (2.0, 3.0, 8.0, &[3.0, 12.0][..]),
         (8.0, 200.0, 2.0, &[3.0, 12.0, 20.0][..]),
         (8.0, 8.001, 2.0, &[3.0, 12.0, 30.0][..]),
