@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::{plain_request, renderer};
+use common::{matte_white, plain_request, renderer};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use manypass::{Environment, FrameRequest, Path, Renderer, View};
 use manypass_scene::framing::look_along;
@@ -187,7 +187,7 @@ fn what_lies_below_is_where_snell_says_and_as_dark_as_beer_and_lambert_say() {
             let reflected = 1.0 - fresnel(-ray.y, WATER_IOR);
             let through = |absorbed: f32| {
                 let way_m = depth_m / cosine + 1.15 * depth_m;
-                ground * 0.934 * reflected * (-absorbed * way_m).exp()
+                ground * reflected * (-absorbed * way_m).exp()
             };
             let expected = [0.5, 0.1, 0.0].map(through);
             if !is_edge {
@@ -200,6 +200,61 @@ fn what_lies_below_is_where_snell_says_and_as_dark_as_beer_and_lambert_say() {
         // Rays that were not bent would show other ground.
         assert!(depth_m < 1.0 || straight_off > 100, "{straight_off}");
     }
+}
+
+#[test]
+fn a_white_ground_below_clear_water_is_as_bright_as_even_light() {
+    // What is lost nowhere is there: the share that is reflected and what comes through are all of the light.
+    let (mut scene, request) = pool(1.5);
+    scene.materials[0] = matte_white();
+    scene.materials[1] = matte_white();
+    scene.water[0].absorption_per_m = Vec3::ZERO;
+    let request = request.with(|settings| {
+        settings.captures.enabled = false;
+        settings.environment.source = Environment::Color([1.0; 3]);
+    });
+    let shown = radiance(&mut renderer(), &scene, &request);
+    let off = shown.iter().flatten().map(|value| (value - 1.0).abs()).fold(0.0, f32::max);
+    assert!(off < 0.02, "{off}");
+}
+
+#[test]
+fn a_bent_ray_finds_ground_where_a_straight_one_meets_nothing() {
+    // A square on the ground, and nothing beside it.
+    let (depth_m, half_m, middle_x) = (1.5, 1.5, 0.5);
+    let (mut scene, request) = pool(depth_m);
+    scene.materials[0].base_color_factor = Vec4::ONE;
+    scene.nodes[0].translation.x = middle_x;
+    scene.nodes[0].scale = Vec3::new(2.0 * half_m, 1.0, 2.0 * half_m);
+    scene.nodes[1].mesh = None;
+    scene.update_transforms();
+    let shown = radiance(&mut renderer(), &scene, &request);
+    let view_from_world = request.camera.world_from_view.inverse();
+    let half = request.camera.half_extent(SIZE.0 as f32 / SIZE.1 as f32);
+    // How far within the square, in metres: a pixel is about 0.1 m long there.
+    let inside_m = |place: Vec3| half_m - (place.x - middle_x).abs().max(place.z.abs());
+    let is_in_picture = |place: Vec3| {
+        let place = view_from_world.transform_point3(place);
+        (place.truncate() / -place.z).abs().cmplt(0.99 * half).all()
+    };
+    let (mut count, mut straight_misses, mut off) = (0, 0, 0);
+    for (at, (eye, ray)) in rays(&request).into_iter().enumerate() {
+        let surface = eye - ray * (eye.y / ray.y);
+        let sine = (1.0 - ray.y * ray.y).sqrt() / WATER_IOR;
+        let cosine = (1.0 - sine * sine).sqrt();
+        let below = surface + Vec3::new(ray.x, 0.0, ray.z).normalize() * (depth_m * sine / cosine);
+        if inside_m(below) < 0.15 || !is_in_picture(below) {
+            continue;
+        }
+        let way_m = depth_m / cosine + 1.15 * depth_m;
+        let expected =
+            [0.5, 0.1, 0.0].map(|absorbed: f32| (1.0 - fresnel(-ray.y, WATER_IOR)) * (-absorbed * way_m).exp());
+        count += 1;
+        straight_misses += usize::from(inside_m(surface - ray * (depth_m / ray.y)) < 0.0);
+        off += usize::from(shown[at].iter().zip(expected).any(|(a, b)| (a - b).abs() > 0.012 * b + 1e-4));
+    }
+    assert!(count > 2000 && straight_misses * 8 > count, "{straight_misses} of {count}");
+    assert!(off * 100 <= count, "{off} of {count} are off; {straight_misses} meet nothing straight on");
 }
 
 #[test]

@@ -2,8 +2,9 @@
 // Sources: Fresnel's equations; Beer-Lambert along the refracted ray and down to what lies below, with light that is
 // scattered once to all sides; reflections from the view behind the surface, as flat mirrors have them, by rays to
 // normals of the waves that are too fine for the pixel (slopes are Gaussian: Cox & Munk 1954).
-// What light loses by leaving water (the square of the index) and what goes back and forth below the surface are taken to
-// make up for each other.
+// What light of lit surfaces loses by entering and leaving water (the square of the index), and what goes back and forth
+// below the surface, are taken to make up for each other: a white ground below clear water under even light is as bright
+// as that light. What is unlit is less bright by what the surface reflects and by what the water takes there and back.
 // Reads: linear_depth, the picture so far with mips, radiance and linear_depth of the view behind the surface, the tables
 // of lights, clusters and shadows, the environment. Writes: radiance, and depth.
 // Program: water.
@@ -41,11 +42,13 @@ override has_ground: u32 = 0u;
 // 1 if waves gather light on what is below.
 override has_caustics: u32 = 0u;
 
-// The steps of the refracted ray, which grow with the way, and how often it looks with those between two of them; and how
-// near to it is what it meets, as a share of the way.
+// The steps of the refracted ray, which are as wide as each other in the picture, and how often it looks with those
+// between two of them; and how near to it is what it meets, as a share of the way.
 const STEPS_BELOW: u32 = 8u;
-const LOOKS_BELOW: u32 = 13u;
+const LOOKS_BELOW: u32 = 15u;
 const NEAR_SHARE: f32 = 0.15;
+// How much longer than the way of the eye to the surface the refracted ray is followed at most.
+const LONGEST: f32 = 1e4;
 // How far from the edges of the picture what is refracted is seen less and less, as a share of it.
 const EDGE: f32 = 0.06;
 // How much longer than straight down light goes to what is below, which comes from all sides.
@@ -128,24 +131,43 @@ fn surface_at_pixel(position_px: vec2f) -> vec3f {
     return position_view_from_pixel(middle_px, distance_m);
 }
 
+// How long a ray in view space is from a place in the picture to the picture's edge.
+fn length_in_picture_m(position: vec3f, ray: vec3f) -> f32 {
+    let extent = abs(view.view_from_ndc_scale);
+    // How wide the picture is at that place, in halves of it at 1 m, and how much wider a metre on; with parallel rays it
+    // is as wide everywhere.
+    let wide = mix(vec2f(max(-position.z, 1e-6), -ray.z), vec2f(1.0, 0.0), view.orthographic);
+    let to_high = max(extent * wide.x - position.xy, vec2f(0.0)) / max(ray.xy - extent * wide.y, vec2f(1e-6));
+    let to_low = max(extent * wide.x + position.xy, vec2f(0.0)) / max(-ray.xy - extent * wide.y, vec2f(1e-6));
+    let nearer = min(to_high, to_low);
+    return min(min(nearer.x, nearer.y), LONGEST * wide.x * max(extent.y, 1.0));
+}
+
+// Where the refracted ray meets what the picture shows, step by step as far as the picture goes. Where it meets none of
+// that, what is there straight on stands for it.
 fn seen_below(position_px: vec2f, position: vec3f, ray: vec3f, plane_normal: vec3f) -> Through {
     let straight = surface_at_pixel(position_px) - position;
     let fall = max(-dot(ray, plane_normal), 1e-2);
     let straight_m = max(-dot(straight, plane_normal), 0.0) / fall;
-    // What is there straight on, should nothing be found.
+    // Where nothing is there straight on, the ray may meet something all the same, because it is steeper.
+    let has_straight = length(straight) < 0.5 * FARTHEST_M;
     let straight_uv = position_px * view.inverse_size_px;
     var through = Through(straight_uv, min(straight_m, length(straight)));
+    let around_m = 1.5 * max(straight_m, length(straight));
+    let longest_m = min(length_in_picture_m(position, ray), around_m);
+    // By how much the picture grows along the ray.
+    let growth = (1.0 - view.orthographic) * longest_m * -ray.z / max(-position.z, 1e-6);
     // The ray is before what the picture shows up to a place, and from another one on beyond it.
-    let longest_m = 1.5 * max(straight_m, length(straight));
     var before_m = 0.0;
     var beyond_m = longest_m;
     var has_crossed = false;
     var is_settled = false;
     for (var look = 0u; look < LOOKS_BELOW; look++) {
         // First as if all of it lay level, then step by step.
-        let share = f32(look) / f32(STEPS_BELOW);
+        let share = min(f32(look) / f32(STEPS_BELOW), 1.0);
         let is_between = has_crossed | (look > STEPS_BELOW);
-        let stepped_m = select(longest_m * share * share, 0.5 * (before_m + beyond_m), is_between);
+        let even_m = longest_m * share / max(1.0 + growth * (1.0 - share), 1e-6);
+        let stepped_m = select(even_m, 0.5 * (before_m + beyond_m), is_between);
         let length_m = select(stepped_m, straight_m, look == 0u);
         let end = position + ray * length_m;
         let found = surface_at_pixel(pixel_from_position_view(end)) - position;
@@ -153,10 +175,10 @@ fn seen_below(position_px: vec2f, position: vec3f, ray: vec3f, plane_normal: vec
         let off_m = length(found - ray * length_m);
         let level_m = -height_m / fall;
         let is_level = abs(level_m - length_m) < NEAR_SHARE * length_m;
-        let is_beyond = -end.z >= -(position + found).z;
         // What stands before the surface, or before what is below, is not what the ray meets.
         let is_below = height_m < -1e-4 * length(found);
-        let is_first = (look == 0u) & (off_m < 0.4 * NEAR_SHARE * length_m);
+        let is_beyond = is_below & (-end.z >= -(position + found).z);
+        let is_first = (look == 0u) & has_straight & (off_m < 0.4 * NEAR_SHARE * length_m);
         let is_met = is_first | ((look > 0u) & is_beyond & (off_m < NEAR_SHARE * length_m));
         if !is_settled & is_below & is_met {
             // Of level ground this is exact, wherever in its pixel the ray ends.
@@ -172,7 +194,7 @@ fn seen_below(position_px: vec2f, position: vec3f, ray: vec3f, plane_normal: vec
     }
     // Towards the picture's edges, beyond which nothing is known, less of it.
     let inside = min(through.uv, 1.0 - through.uv);
-    let known = smoothstep(0.0, EDGE, min(inside.x, inside.y));
+    let known = select(1.0, smoothstep(0.0, EDGE, min(inside.x, inside.y)), has_straight);
     through.uv = mix(straight_uv, through.uv, known);
     return through;
 }
@@ -328,7 +350,7 @@ fn fs_water(in: WaterVarying) -> @location(0) vec4f {
         let comes = exp(-lost_per_m * min(through.length_m + WAY_DOWN * depth_m, 1e6));
         coverage = 1.0 - (1.0 - clamp(behind_texel.a, 0.0, 1.0)) * (1.0 - share) * dot(comes, vec3f(1.0 / 3.0));
         let part = (1.0 - exp(-lost_per_m * min(through.length_m * (1.0 + fall), 1e6))) / (1.0 + fall);
-        radiance = reflected.rgb + (1.0 - share) * (behind * (LETS_IN * comes) + scattered * part) + highlights;
+        radiance = reflected.rgb + (1.0 - share) * (behind * comes + scattered * part) + highlights;
         let straight_m = -dot(surface_at_pixel(position_px) - position_view, normal_view);
         let foam = foam_at(at, straight_m);
         radiance = mix(radiance, light * FOAM_ALBEDO, foam);
