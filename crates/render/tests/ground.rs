@@ -5,11 +5,11 @@
 mod common;
 
 use common::renderer;
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec2, Vec3};
 use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Ground, Path, Renderer, Tonemap, View};
 use manypass_scene::framing::{Framing, orbit_rotation};
-use manypass_scene::{Light, LightKind, Material, Mesh, Node, Primitive, Projection, Scene, primitives};
-use std::f32::consts::FRAC_PI_2;
+use manypass_scene::{Light, LightKind, Mapped, Material, Mesh, Node, Primitive, Projection, Scene, primitives};
+use std::f32::consts::{FRAC_PI_2, TAU};
 
 const SIZE: u32 = 96;
 /// What the picture shows of the world, in metres.
@@ -269,6 +269,73 @@ fn before_an_environment_a_shadow_runs_out_of_the_picture() {
     let side = SIZE as usize;
     let [shadow, open] = [0, side - 1].map(|x| near[side / 2 * side + x]);
     assert!(shadow < 0.6 * open, "{shadow} beside {open}");
+}
+
+/// The share of light that is kept from the ground by a ball of glass of index 1.5 whose base colour has this mean: all
+/// but what is not reflected at two walls, in the mean of Schlick's Fresnel over the ball, and not absorbed.
+fn kept_by_glass(mean: f32) -> f32 {
+    let reflected = 0.04 + 0.96 / 21.0;
+    1.0 - mean * (1.0 - reflected) * (1.0 - reflected)
+}
+
+/// The sphere of glass of a base colour.
+fn glass_ball(middle_m: f32, base_color: Vec3) -> Scene {
+    let mut scene = scene(middle_m);
+    scene.materials[0] = Material {
+        base_color_factor: base_color.extend(1.0),
+        metallic_factor: 0.0,
+        roughness_factor: 0.0,
+        transmission: Some(Mapped::new(1.0)),
+        ..Material::default()
+    };
+    scene
+}
+
+const GLASSES: [(Vec3, f32); 2] = [(Vec3::ONE, 1.0), (Vec3::new(1.0, 0.2, 0.2), 1.4 / 3.0)];
+
+#[test]
+fn glass_keeps_from_the_ground_what_it_reflects_and_absorbs() {
+    let mut renderer = renderer();
+    // What hangs over the ground, beside the ball that stands on it.
+    let around: Vec<(f32, f32)> =
+        (0..24u8).map(|step| Vec2::from_angle(f32::from(step) * TAU / 24.0) * 1.3).map(|at| (at.x, at.y)).collect();
+    let mean = |found: Vec<[f32; 2]>| found.iter().map(|[radiance, _]| *radiance).sum::<f32>() / found.len() as f32;
+    let floor = request(FRAC_PI_2, Ground::Color([1.0; 3]));
+    let opaque = 1.0 - mean(at(&mut renderer, &scene(1.0), &floor, &around));
+    for (base_color, of_color) in GLASSES {
+        let dark = 1.0 - mean(at(&mut renderer, &glass_ball(1.0, base_color), &floor, &around));
+        let expected = opaque * kept_by_glass(of_color);
+        assert!((dark - expected).abs() < 0.25 * expected, "{base_color}: {dark}, not {expected} of {opaque}");
+    }
+    // The middle of the shadow of the light, and a place that has none.
+    let steps = || (0..5u8).map(|step| 0.2 * f32::from(step) - 0.4);
+    let shadow: Vec<(f32, f32)> = steps().flat_map(|x| steps().map(move |z| (2.0 + x, z))).collect();
+    let sunny = floor.with(|settings| settings.environment.source = Environment::None);
+    for (base_color, of_color) in GLASSES {
+        let mut scene = glass_ball(2.0, base_color);
+        light_from_the_left(&mut scene);
+        let dark = mean(at(&mut renderer, &scene, &sunny, &shadow));
+        let open = mean(at(&mut renderer, &scene, &sunny, &[(-2.0, 2.0)]));
+        let kept = 1.0 - dark / open;
+        assert!((kept - kept_by_glass(of_color)).abs() < 0.03, "{base_color}: {kept}, not {}", kept_by_glass(of_color));
+    }
+}
+
+#[test]
+fn glass_stands_on_white() {
+    let (mut renderer, size) = (renderer(), (96, 72));
+    let mut shadow_of = |scene: &Scene| {
+        let shot = product_shot(scene, size, [30.0, 28.0]);
+        let [with, without] = [Ground::Shadow, Ground::None].map(|ground| {
+            renderer.render(scene, &shot.with(|settings| settings.ground.mode = ground)).unwrap();
+            shade(&renderer.read_display().unwrap(), size)
+        });
+        assert_eq!(with.0, 0, "the border is not white");
+        with.1.saturating_sub(without.1)
+    };
+    let opaque = shadow_of(&scene(0.0));
+    let [clear, red] = GLASSES.map(|(base_color, _)| shadow_of(&glass_ball(0.0, base_color)));
+    assert!(10 * clear > opaque && 2 * red > 3 * clear, "{clear}, {red}; {opaque} if it is opaque");
 }
 
 #[test]

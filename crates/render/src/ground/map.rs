@@ -115,7 +115,7 @@ impl GroundMap {
         // Depth is 1 on the plane and 0 at the top.
         let below = parallel(Vec3::Y, [middle_m, middle_m - self.top_m], 0.505 * extent.x.max(extent.z).max(1e-6));
         // What reaches below the plane touches it.
-        [light, TileProjection { flattens: true, ..below }]
+        [light, below].map(|projection| TileProjection { is_of_ground: true, ..projection })
     }
 
     /// What its shader takes.

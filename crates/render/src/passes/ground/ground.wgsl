@@ -78,8 +78,8 @@ fn shadow_kept(pixel: vec2f, at: vec2f) -> f32 {
     let middle_clip = view.clip_from_world * vec4f(middle.x, height_m, middle.y, 1.0);
     let here_clip = view.clip_from_world * vec4f(at.x, height_m, at.y, 1.0);
     // Distances of places behind the eye mean nothing.
-    let middle_w = max(middle_clip.w, 1e-6);
-    let here_w = max(here_clip.w, 1e-6);
+    let middle_w = max(middle_clip.w, 1e-12);
+    let here_w = max(here_clip.w, 1e-12);
     let start = clamp(middle_clip.xy / middle_w, vec2f(-MIDDLE_MAX), vec2f(MIDDLE_MAX));
     let way = ndc_from_uv(uv_from_pixel(pixel)) - start;
     // Where the line leaves the ellipse, with 1 at the pixel: on the ground, and in the picture.
