@@ -226,7 +226,7 @@ fn before_nothing_a_long_shadow_fades_evenly_from_the_model_to_the_border() {
     let found = at(&mut renderer, &scene, &request, &places);
     let pixel_m = HEIGHT_M / SIZE as f32;
     for ((x, _), [_, alpha]) in places.iter().zip(found) {
-        // From the footprint's border, 0.5 m from the middle, to 0.98 of the way to the picture's; in middles of pixels.
+        // From the footprint's border, 0.5 m from the middle, to 0.98 of the way to the picture's.
         let middle_m = ((x / pixel_m).floor() + 0.5) * pixel_m;
         let faded = ((middle_m - 0.5) / (0.98 * 0.5 * HEIGHT_M - 0.5)).clamp(0.0, 1.0);
         let lit = faded.powi(3) * (faded * (faded * 6.0 - 15.0) + 10.0);

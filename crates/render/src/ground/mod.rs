@@ -106,8 +106,8 @@ impl ViewGround {
         self.uniform.plane.x
     }
 
-    /// `ground` is resolved; none where there is nothing. `picture` is the camera of a picture whose border is kept free
-    /// and its width / height: the shadow has faded to nothing there where it shows the scene as a whole.
+    /// `ground` is resolved; none where there is nothing. `picture` is the camera of a picture whose border is kept
+    /// free, and its width / height: the shadow has faded to nothing there where it shows the scene as a whole.
     pub fn new(
         ground: Ground,
         (map, texture): (&GroundMap, &wgpu::TextureView),

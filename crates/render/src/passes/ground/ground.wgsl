@@ -19,8 +19,8 @@ struct Ground {
     color: vec4f,
     // Irradiance of the parallel light on the plane, pre-exposed; zero.
     light: vec4f,
-    // How much the picture's border counts; over how many metres beside the scene it comes to count wholly for occlusion;
-    // zero.
+    // How much the picture's border counts; over how many metres beside the scene it comes to count wholly for
+    // occlusion; zero.
     border: vec4f,
     // X and z of the middle of the scene's bounds, half their width and depth.
     footprint: vec4f,
@@ -69,9 +69,9 @@ fn occlusion_kept(pixel: vec2f, at: vec2f) -> f32 {
     return mix(1.0, inside.x * inside.y * mix(1.0, rounded, beside), ground.border.x);
 }
 
-// How much of the parallel light's shadow is seen at a pixel: all of it in the ellipse within the scene's footprint, and
-// from there on less along the line from the middle through the pixel, up to the border. So it fades over all of the
-// ground that is seen beside the scene, and no line along the border shows.
+// How much of the parallel light's shadow is seen at a pixel: all of it in the ellipse in the scene's footprint, and
+// from there less along the line from the middle through the pixel, up to the border. It fades over all of the ground
+// that is seen beside the scene, so that no line along the border shows.
 fn shadow_kept(pixel: vec2f, at: vec2f) -> f32 {
     let height_m = ground.plane.x;
     let middle = ground.footprint.xy;
