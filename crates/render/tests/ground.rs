@@ -5,11 +5,11 @@
 mod common;
 
 use common::renderer;
-use glam::{Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec2, Vec3};
 use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Ground, Path, Renderer, Tonemap, View};
 use manypass_scene::framing::{Framing, orbit_rotation};
-use manypass_scene::{Light, LightKind, Material, Mesh, Node, Primitive, Projection, Scene, primitives};
-use std::f32::consts::FRAC_PI_2;
+use manypass_scene::{Light, LightKind, Mapped, Material, Mesh, Node, Primitive, Projection, Scene, primitives};
+use std::f32::consts::{FRAC_PI_2, TAU};
 
 const SIZE: u32 = 96;
 /// What the picture shows of the world, in metres.
@@ -46,6 +46,14 @@ fn request(pitch_rad: f32, ground: Ground) -> FrameRequest {
     request
 }
 
+/// A directional light from the left, 45° above.
+fn light_from_the_left(scene: &mut Scene) {
+    scene.lights.push(Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() });
+    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, Vec3::new(1.0, -1.0, 0.0).normalize());
+    scene.add_node(None, Node { light: Some(0), rotation, ..Node::default() });
+    scene.update_transforms();
+}
+
 /// Red and alpha of the radiance at x metres to the right of the middle and z before it, seen from above.
 fn at(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest, places: &[(f32, f32)]) -> Vec<[f32; 2]> {
     renderer.render(scene, request).unwrap();
@@ -74,11 +82,7 @@ fn a_sphere_takes_its_form_factor_of_the_light_from_everywhere() {
 fn the_shadow_of_a_directional_light_lies_where_it_falls() {
     let mut renderer = renderer();
     let mut scene = scene(2.0);
-    scene.lights.push(Light { kind: LightKind::Directional, intensity: 3.0, ..Light::default() });
-    // From the left, 45° above.
-    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, Vec3::new(1.0, -1.0, 0.0).normalize());
-    scene.add_node(None, Node { light: Some(0), rotation, ..Node::default() });
-    scene.update_transforms();
+    light_from_the_left(&mut scene);
     let places = [(2.0, 0.0), (2.9, 0.0), (2.0, 0.8), (-2.0, 0.0), (2.0, 1.4), (3.8, 0.0), (2.0, -3.0)];
     let mut pictures = Vec::new();
     for path in [Path::Deferred, Path::Forward] {
@@ -209,6 +213,129 @@ fn the_border_of_a_product_shot_is_white_and_the_shadow_is_there() {
             }
         }
     }
+}
+
+#[test]
+fn before_nothing_a_long_shadow_fades_evenly_from_the_model_to_the_border() {
+    // Of a box of 1 m and ten times as high, whose shadow goes on beyond the picture.
+    let mut scene = scene_of(primitives::cube(Vec3::new(1.0, 10.0, 1.0)), 5.0);
+    light_from_the_left(&mut scene);
+    let request = request(FRAC_PI_2, Ground::Shadow).with(|settings| settings.environment.source = Environment::None);
+    let mut renderer = renderer();
+    let places: Vec<(f32, f32)> = (4..24u8).map(|step| (f32::from(step) / 6.0 + 0.04, 0.0)).collect();
+    let found = at(&mut renderer, &scene, &request, &places);
+    let pixel_m = HEIGHT_M / SIZE as f32;
+    for ((x, _), [_, alpha]) in places.iter().zip(found) {
+        // From the footprint's border, 0.5 m from the middle, to 0.98 of the way to the picture's.
+        let middle_m = ((x / pixel_m).floor() + 0.5) * pixel_m;
+        let faded = ((middle_m - 0.5) / (0.98 * 0.5 * HEIGHT_M - 0.5)).clamp(0.0, 1.0);
+        let lit = faded.powi(3) * (faded * (faded * 6.0 - 15.0) + 10.0);
+        let shadow = 1.0 - lit.powf(1.5);
+        let truth = shadow - 0.2 * shadow.powi(4);
+        assert!((alpha - truth).abs() < 0.02, "{x} m: {alpha}, {truth}");
+    }
+    renderer.render(&scene, &request).unwrap();
+    let radiance = renderer.read_radiance().unwrap();
+    let border = (0..SIZE as usize).flat_map(|at| [at, SIZE as usize * at, SIZE as usize * (at + 1) - 1]);
+    assert!(border.into_iter().all(|pixel| radiance[4 * pixel + 3] == 0.0), "the border is not free");
+}
+
+#[test]
+fn before_an_environment_a_shadow_runs_out_of_the_picture() {
+    let mut renderer = renderer();
+    let scene = scene(2.0);
+    // The same metres in the middle of a picture of twice as many, whose border is far away.
+    let mut red = |scale: u32| {
+        let mut request = request(FRAC_PI_2, Ground::Shadow).with(|settings| {
+            settings.environment.source = Environment::Sky;
+            settings.environment.sun_elevation_deg = 35.0;
+            settings.environment.sun_azimuth_deg = 90.0;
+            settings.background.source = Background::Environment;
+        });
+        (request.width, request.height) = (scale * SIZE, scale * SIZE);
+        let Projection::Orthographic { height_m, .. } = &mut request.camera.projection else { panic!("parallel rays") };
+        *height_m = scale as f32 * HEIGHT_M;
+        renderer.render(&scene, &request).unwrap();
+        let radiance = renderer.read_radiance().unwrap();
+        let (side, first) = ((scale * SIZE) as usize, ((scale - 1) * SIZE / 2) as usize);
+        let pixels = (0..SIZE as usize).flat_map(|row| (0..SIZE as usize).map(move |column| [row, column]));
+        pixels.map(|[row, column]| radiance[4 * ((first + row) * side + first + column)]).collect::<Vec<f32>>()
+    };
+    let [near, far] = [1, 2].map(&mut red);
+    let most = far.iter().copied().fold(0.0, f32::max);
+    let apart = near.iter().zip(&far).filter(|(near, far)| (*near - *far).abs() > 0.02 * most).count();
+    assert!(apart < near.len() / 200, "{apart} pixels follow the border");
+    // The sun is on the right: the shadow lies on the left border.
+    let side = SIZE as usize;
+    let [shadow, open] = [0, side - 1].map(|x| near[side / 2 * side + x]);
+    assert!(shadow < 0.6 * open, "{shadow} beside {open}");
+}
+
+/// The share of light that is kept from the ground by a ball of glass of index 1.5 whose base colour has this mean: all
+/// but what is not reflected at two walls, in the mean of Schlick's Fresnel over the ball, and not absorbed.
+fn kept_by_glass(mean: f32) -> f32 {
+    let reflected = 0.04 + 0.96 / 21.0;
+    1.0 - mean * (1.0 - reflected) * (1.0 - reflected)
+}
+
+/// The sphere of glass of a base colour.
+fn glass_ball(middle_m: f32, base_color: Vec3) -> Scene {
+    let mut scene = scene(middle_m);
+    scene.materials[0] = Material {
+        base_color_factor: base_color.extend(1.0),
+        metallic_factor: 0.0,
+        roughness_factor: 0.0,
+        transmission: Some(Mapped::new(1.0)),
+        ..Material::default()
+    };
+    scene
+}
+
+const GLASSES: [(Vec3, f32); 2] = [(Vec3::ONE, 1.0), (Vec3::new(1.0, 0.2, 0.2), 1.4 / 3.0)];
+
+#[test]
+fn glass_keeps_from_the_ground_what_it_reflects_and_absorbs() {
+    let mut renderer = renderer();
+    // What hangs over the ground, beside the ball that stands on it.
+    let around: Vec<(f32, f32)> =
+        (0..24u8).map(|step| Vec2::from_angle(f32::from(step) * TAU / 24.0) * 1.3).map(|at| (at.x, at.y)).collect();
+    let mean = |found: Vec<[f32; 2]>| found.iter().map(|[radiance, _]| *radiance).sum::<f32>() / found.len() as f32;
+    let floor = request(FRAC_PI_2, Ground::Color([1.0; 3]));
+    let opaque = 1.0 - mean(at(&mut renderer, &scene(1.0), &floor, &around));
+    for (base_color, of_color) in GLASSES {
+        let dark = 1.0 - mean(at(&mut renderer, &glass_ball(1.0, base_color), &floor, &around));
+        let expected = opaque * kept_by_glass(of_color);
+        assert!((dark - expected).abs() < 0.25 * expected, "{base_color}: {dark}, not {expected} of {opaque}");
+    }
+    // The middle of the shadow of the light, and a place that has none.
+    let steps = || (0..5u8).map(|step| 0.2 * f32::from(step) - 0.4);
+    let shadow: Vec<(f32, f32)> = steps().flat_map(|x| steps().map(move |z| (2.0 + x, z))).collect();
+    let sunny = floor.with(|settings| settings.environment.source = Environment::None);
+    for (base_color, of_color) in GLASSES {
+        let mut scene = glass_ball(2.0, base_color);
+        light_from_the_left(&mut scene);
+        let dark = mean(at(&mut renderer, &scene, &sunny, &shadow));
+        let open = mean(at(&mut renderer, &scene, &sunny, &[(-2.0, 2.0)]));
+        let kept = 1.0 - dark / open;
+        assert!((kept - kept_by_glass(of_color)).abs() < 0.03, "{base_color}: {kept}, not {}", kept_by_glass(of_color));
+    }
+}
+
+#[test]
+fn glass_stands_on_white() {
+    let (mut renderer, size) = (renderer(), (96, 72));
+    let mut shadow_of = |scene: &Scene| {
+        let shot = product_shot(scene, size, [30.0, 28.0]);
+        let [with, without] = [Ground::Shadow, Ground::None].map(|ground| {
+            renderer.render(scene, &shot.with(|settings| settings.ground.mode = ground)).unwrap();
+            shade(&renderer.read_display().unwrap(), size)
+        });
+        assert_eq!(with.0, 0, "the border is not white");
+        with.1.saturating_sub(without.1)
+    };
+    let opaque = shadow_of(&scene(0.0));
+    let [clear, red] = GLASSES.map(|(base_color, _)| shadow_of(&glass_ball(0.0, base_color)));
+    assert!(10 * clear > opaque && 2 * red > 3 * clear, "{clear}, {red}; {opaque} if it is opaque");
 }
 
 #[test]

@@ -20,6 +20,9 @@ pub(crate) fn side_texels(longest_px: u32) -> u32 {
     longest_px.div_ceil(PIXELS_OF_TEXEL).clamp(least, most).next_power_of_two()
 }
 
+/// The width of the band along the map's edge in which light comes back, as a share of its half.
+pub(super) const EDGE_BAND: f32 = 0.15;
+
 /// A light that is parallel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ParallelLight {
@@ -74,7 +77,8 @@ pub(crate) struct GroundMapUniform {
     /// The first two rows of the tile from below.
     below_x: Vec4,
     below_y: Vec4,
-    /// One divided by the texels along the sides of the map; zero.
+    /// One divided by the texels along the sides of the map; the width of the band along its edge in which light comes
+    /// back, as a share of its half; zero.
     texels: Vec4,
 }
 
@@ -111,7 +115,7 @@ impl GroundMap {
         // Depth is 1 on the plane and 0 at the top.
         let below = parallel(Vec3::Y, [middle_m, middle_m - self.top_m], 0.505 * extent.x.max(extent.z).max(1e-6));
         // What reaches below the plane touches it.
-        [light, TileProjection { flattens: true, ..below }]
+        [light, below].map(|projection| TileProjection { is_of_ground: true, ..projection })
     }
 
     /// What its shader takes.
@@ -136,7 +140,7 @@ impl GroundMap {
             ),
             below_x: below.rows[0],
             below_y: below.rows[1],
-            texels: Vec4::new(1.0 / self.side_texels as f32, 0.0, 0.0, 0.0),
+            texels: Vec4::new(1.0 / self.side_texels as f32, EDGE_BAND, 0.0, 0.0),
         }
     }
 

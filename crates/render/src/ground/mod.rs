@@ -8,6 +8,7 @@
 mod map;
 mod settings;
 
+use map::EDGE_BAND;
 pub(crate) use map::{GroundMap, ParallelLight, side_texels};
 pub use settings::GroundSettings;
 
@@ -44,6 +45,12 @@ impl Ground {
     }
 }
 
+/// Whether the border of a picture has to be its background exactly: where that is of colours or nothing. Before an
+/// environment a shadow runs out of the picture, as in a photograph.
+pub(crate) fn keeps_border(environment: Environment, background: Background) -> bool {
+    background != Background::Environment || !has_ground(environment)
+}
+
 fn has_ground(environment: Environment) -> bool {
     matches!(environment, Environment::Studio | Environment::Fill | Environment::Sky | Environment::File)
 }
@@ -60,7 +67,8 @@ pub(crate) struct GroundUniform {
     color: Vec4,
     /// Irradiance of the parallel light on the plane, pre-exposed; zero.
     light: Vec4,
-    /// How much the picture's border counts; over how many metres beside the scene it comes to count wholly; zero.
+    /// How much the picture's border counts; over how many metres beside the scene it comes to count wholly for
+    /// occlusion; zero.
     border: Vec4,
     /// X and z of the middle of the scene's bounds, half their width and depth.
     footprint: Vec4,
@@ -98,8 +106,8 @@ impl ViewGround {
         self.uniform.plane.x
     }
 
-    /// `ground` is resolved; none where there is nothing. `picture` is the camera of a picture of its own and its
-    /// width / height: the shadow has faded to nothing at its border where it shows the scene as a whole.
+    /// `ground` is resolved; none where there is nothing. `picture` is the camera of a picture whose border is kept
+    /// free, and its width / height: the shadow has faded to nothing there where it shows the scene as a whole.
     pub fn new(
         ground: Ground,
         (map, texture): (&GroundMap, &wgpu::TextureView),
@@ -114,15 +122,18 @@ impl ViewGround {
         let light = parallel_light(table);
         let irradiance = light.map_or(Vec3::ZERO, |(light, irradiance)| irradiance * light.direction.y.max(0.0));
         let GroundMap { height_m, center, half_m, radius_m, bounds, .. } = *map;
+        // A floor has no border in the picture.
+        let picture = picture.filter(|_| ground == Ground::Shadow);
         let whole = picture.map_or(0.0, |(view, aspect)| wholeness(view, aspect, bounds.center(), radius_m));
-        let (middle, extent) = (bounds.center(), bounds.max - bounds.min);
+        let middle = bounds.center();
+        let half_extent = (0.5 * (bounds.max - bounds.min)).max(Vec3::splat(1e-3 * radius_m));
         let uniform = GroundUniform {
             plane: Vec4::new(height_m, 2.0 * radius_m, 6.0 * radius_m, 0.0),
             place: Vec4::new(center.x, center.y, 0.5 / half_m.x, 0.5 / half_m.y),
             color,
             light: irradiance.extend(0.0),
             border: Vec4::new(whole, 0.5 * radius_m, 0.0, 0.0),
-            footprint: Vec4::new(middle.x, middle.z, 0.5 * extent.x, 0.5 * extent.z),
+            footprint: Vec4::new(middle.x, middle.z, half_extent.x, half_extent.z),
         };
         let corner = |x: f32, z: f32| Vec3::new(center.x + x * half_m.x, height_m, center.y + z * half_m.y);
         let corners = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0)];
@@ -161,7 +172,10 @@ pub(crate) fn map_under(
         let shift = Vec2::new(light.direction.x, light.direction.z) * (-top_m / light.direction.y);
         let shift = shift.clamp_length_max(6.0 * radius_m);
         let penumbra = Vec2::splat(light.half_angle_tan.min(1.0) * (shift.length() + top_m));
-        (least, most) = (least.min(low + shift - penumbra), most.max(high + shift + penumbra));
+        let (low, high) = (low + shift - penumbra, high + shift + penumbra);
+        // A side is so far from the one across that the shadow ends beside the band.
+        let beyond = |end: Vec2, across: Vec2| (end - 0.5 * EDGE_BAND * across) / (1.0 - 0.5 * EDGE_BAND);
+        (least, most) = (least.min(beyond(low, most.max(high))), most.max(beyond(high, least.min(low))));
     }
     let (center, half_m) = (0.5 * (least + most), (0.5 * (most - least)).max(Vec2::splat(1e-6 * radius_m)));
     Some(GroundMap { height_m, top_m, center, half_m, radius_m, light, bounds: *bounds, side_texels })
@@ -195,6 +209,21 @@ mod tests {
     }
 
     #[test]
+    fn the_border_is_kept_free_before_colours_and_nothing() {
+        for environment in [Environment::Studio, Environment::Fill, Environment::Sky, Environment::File] {
+            assert!(!keeps_border(environment, Background::Environment), "{environment:?}");
+            for background in
+                [Background::Color([1.0; 3]), Background::Gradient([[0.5; 3]; 2]), Background::Transparent]
+            {
+                assert!(keeps_border(environment, background), "{environment:?}, {background:?}");
+            }
+        }
+        for environment in [Environment::None, Environment::Color([1.0; 3])] {
+            assert!(keeps_border(environment, Background::Environment), "{environment:?}");
+        }
+    }
+
+    #[test]
     fn the_map_holds_the_shadow_of_the_top() {
         let bounds = Aabb { min: Vec3::new(-1.0, 0.0, -1.0), max: Vec3::new(1.0, 4.0, 1.0) };
         let direction = Vec3::new(-1.0, 1.0, 0.0).normalize();
@@ -202,6 +231,9 @@ mod tests {
         let holds = |map: &GroundMap, x: f32| (x - map.center.x).abs() <= map.half_m.x;
         let lit = map_under(&bounds, None, Some(light), 256).expect("there is something");
         assert!(holds(&lit, 5.0) && holds(&lit, -3.0) && !holds(&lit, -6.0));
+        // Light comes back along its edge, and not before the shadow of the top and its penumbra end.
+        let end = (5.8 - lit.center.x) / lit.half_m.x;
+        assert!(end <= 1.0 - EDGE_BAND + 1e-3, "{end}");
         let unlit = map_under(&bounds, None, None, 256).expect("there is something");
         assert!(!holds(&unlit, 5.0));
         assert!(map_under(&Aabb::EMPTY, None, None, 256).is_none());

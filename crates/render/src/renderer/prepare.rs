@@ -15,7 +15,7 @@ use crate::effect;
 use crate::environment::{Environment, EnvironmentUniform};
 use crate::frame::Variables;
 use crate::gpu::Gpu;
-use crate::ground::ViewGround;
+use crate::ground::{ViewGround, keeps_border};
 use crate::lens::SampleView;
 use crate::levels::LevelCount;
 use crate::lights::{ClusterUniform, KeptLists, LightTable, Rectangle};
@@ -354,8 +354,10 @@ fn ground_of(asked: &Asked, ground: &FrameGround, table: &LightTable) -> Option<
     let Asked { request, size, .. } = asked;
     let FrameGround { map, texture, .. } = ground;
     let is_picture = matches!(asked.part, ViewPart::Whole | ViewPart::Monitor(_));
-    let picture = is_picture.then_some((&request.camera, size.0 as f32 / size.1 as f32));
-    ViewGround::new(request.settings.ground.mode, (map, texture), table, picture)
+    let settings = &request.settings;
+    let keeps = is_picture && keeps_border(settings.environment.source, settings.background.source);
+    let picture = keeps.then_some((&request.camera, size.0 as f32 / size.1 as f32));
+    ViewGround::new(settings.ground.mode, (map, texture), table, picture)
 }
 
 /// From where to where the camera of a view moved, if there is a previous frame.

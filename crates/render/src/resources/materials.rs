@@ -1,7 +1,7 @@
 //! Materials on the device: their factors lie in pages, so that a change of one is one write.
 
 use super::filtering::Sampling;
-use super::layers::{LayerFactors, Layers, SHADED_WHERE_DRAWN, f0_of_ior};
+use super::layers::{LayerFactors, Layers, SHADED_WHERE_DRAWN, f0_of_ior, share_through};
 use super::packing::{ImageSource, shared_texel};
 use super::pages::{Pages, Place};
 use super::reduced::FactorsOf;
@@ -48,9 +48,9 @@ pub(crate) struct MaterialFactors {
     pub double_sided: f32,
     /// Reflectance at normal incidence of what is not metal.
     pub f0_dielectric: f32,
-    /// What alpha is multiplied by where the surface casts a shadow.
-    pub cast_alpha: f32,
-    /// 1 if it casts a shadow in part, as alpha says.
+    /// The share of light that comes through where the surface casts a shadow, divided by the mean of its base colour.
+    pub cast_through: f32,
+    /// 1 if it casts a shadow in part, by its alpha or as light comes through.
     pub casts_in_part: f32,
     /// −1 if green of normal maps points down.
     pub normal_y_sign: f32,
@@ -388,8 +388,7 @@ impl Described {
             blended: if blended { 1.0 } else { 0.0 },
             double_sided: if material.double_sided { 1.0 } else { 0.0 },
             f0_dielectric: f0_of_ior(material.ior),
-            // Light that comes through casts no shadow.
-            cast_alpha: 1.0 - transmission * (1.0 - material.metallic_factor),
+            cast_through: share_through(material, transmission),
             casts_in_part: if blended || transmission > 0.0 { 1.0 } else { 0.0 },
             normal_y_sign: if material.has_normals_down { -1.0 } else { 1.0 },
             uv_rows,
@@ -471,7 +470,7 @@ mod tests {
                 blended,
                 double_sided,
                 f0_dielectric,
-                cast_alpha,
+                cast_through,
                 casts_in_part,
                 normal_y_sign,
                 uv_rows,

@@ -30,8 +30,9 @@ struct MaterialFactors {
     double_sided: f32,
     // Reflectance at normal incidence of what is not metal.
     f0_dielectric: f32,
-    // What alpha is multiplied by where the surface casts a shadow, and 1 if it casts one in part, as alpha says.
-    cast_alpha: f32,
+    // The share of light that comes through where the surface casts a shadow, divided by the mean of its base colour; 1
+    // if it casts a shadow in part, by its alpha or as light comes through.
+    cast_through: f32,
     casts_in_part: f32,
     // −1 if green of normal maps points down, as DirectX has it.
     normal_y_sign: f32,

@@ -123,7 +123,7 @@ impl<'w> Casters<'w> {
     pub fn signature(&self, items: &[Caster], projection: &TileProjection) -> u64 {
         let mut hasher = DefaultHasher::new();
         self.version.hash(&mut hasher);
-        (projection.is_perspective, projection.flattens).hash(&mut hasher);
+        (projection.is_perspective, projection.is_of_ground).hash(&mut hasher);
         for row in projection.rows {
             hasher.write(bytemuck::bytes_of(&row));
         }
@@ -180,7 +180,7 @@ impl<'w> Casters<'w> {
             };
             let [object, joint, weight, targets] = instance.ids;
             // The object has a part in which rays its alpha stops.
-            let of_tile = u32::from(projection.flattens) << 1 | u32::from(projection.is_perspective);
+            let of_tile = u32::from(projection.is_of_ground) << 1 | u32::from(projection.is_perspective);
             let ids = [(object & !WITHOUT_NORMALS) << 2 | of_tile, joint, weight, targets];
             instances.push(Instance { world_from_object: rows, ids, ..*instance });
             let group = (item.group, faces, caster.level);

@@ -17,9 +17,10 @@ pub struct TileProjection {
     pub rows: [Vec4; 3],
     /// Whether rays go through a point; otherwise they are parallel.
     pub is_perspective: bool,
-    /// Whether corners before the nearest depth are drawn at that depth. A triangle with corners on both sides of it is
-    /// bent by that, so that only tiles whose range may leave something out ask for it.
-    pub flattens: bool,
+    /// Whether it is a tile of the ground's map. Corners before the nearest depth are then drawn at that depth, which
+    /// bends triangles with corners on both sides of it; and what stops a part of the light is spread evenly over few
+    /// texels, since that map is drawn once for all samples.
+    pub is_of_ground: bool,
     /// The side of a texel in metres, at a z of 1 if rays go through a point.
     pub texel_m: f32,
 }
@@ -53,7 +54,7 @@ impl TileProjection {
                 axis(Vec3::NEG_Z, 1.0 / near_m),
             ],
             is_perspective: true,
-            flattens: false,
+            is_of_ground: false,
             texel_m: 2.0 * tangent * near_m / side as f32,
         }
     }
@@ -78,7 +79,7 @@ impl TileProjection {
                 axis(Vec3::Z, depth, -farthest * depth),
             ],
             is_perspective: false,
-            flattens: false,
+            is_of_ground: false,
             texel_m: 2.0 * half_m / side as f32,
         }
     }

@@ -22,7 +22,8 @@ struct GroundMap {
     // The first two rows of the tile from below.
     below_x: vec4f,
     below_y: vec4f,
-    // One divided by the texels along the sides of the map; zero.
+    // One divided by the texels along the sides of the map; the width of the band along its edge in which light comes
+    // back, as a share of its half; zero.
     texels: vec4f,
 }
 
@@ -32,8 +33,6 @@ struct GroundMap {
 const GOLDEN_ANGLE: f32 = 2.39996323;
 const LIGHT_TAPS: u32 = 32u;
 const SKY_TAPS: u32 = 64u;
-// The width of the band along the map's edge in which light comes back, as a share of its half.
-const BAND: f32 = 0.15;
 // Room for rounding.
 const DEPTH_SLACK: f32 = 1e-3;
 
@@ -126,6 +125,6 @@ fn fs_ground_map(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let phase = phase_at(vec2u(position.xy));
     let point = vec4f(at.x, ground_map.heights.x, at.y, 1.0);
     let shares = vec2f(light_share(point, phase), sky_share(at, phase));
-    let inside = clamp((1.0 - max(abs(place.x), abs(place.y))) / BAND, 0.0, 1.0);
+    let inside = clamp((1.0 - max(abs(place.x), abs(place.y))) / ground_map.texels.y, 0.0, 1.0);
     return vec4f(mix(vec2f(1.0), shares, smoothstep(0.0, 1.0, inside)), 0.0, 1.0);
 }

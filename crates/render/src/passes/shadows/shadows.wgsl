@@ -7,7 +7,7 @@ import package::view::view;
 import package::shaders::surface_vertex::{
     Rows, SurfaceInput, SurfaceVarying, deformed, morph_displacement, skinned_rows, transform_point,
 };
-import package::shaders::hash::mixed;
+import package::shaders::hash::{gradient_noise, mixed};
 @if(masks) import package::shaders::mask::mask_threshold;
 import package::shaders::surface_material::{material_factors, surface_base_color};
 @if(relief) import package::shaders::facet::facet_of;
@@ -21,6 +21,7 @@ struct ShadowVarying {
     @builtin(position) position_clip: vec4f,
     @location(0) uv: vec4f,
     @location(1) color: vec4f,
+    // Above the lowest bit, which is 1 in tiles of the ground's map.
     @location(2) @interpolate(flat, either) object: u32,
     // The place in the tile, before a division, and what leads from there to the lowest height.
     @if(relief) @location(3) position_tile: vec3f,
@@ -57,14 +58,14 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     let rows = Rows(in.world_from_object_row0, in.world_from_object_row1, in.world_from_object_row2);
     let at = transform_point(rows, position);
     let is_perspective = (in.instance.x & 1u) == 1u;
-    let flattens = (in.instance.x & 2u) == 2u;
+    let is_of_ground = (in.instance.x & 2u) == 2u;
     var out: ShadowVarying;
     // Depth is 1 / z where rays go through a point, in units of the nearest distance; else z itself.
-    let depth = select(select(at.z, min(at.z, 1.0), flattens), 1.0, is_perspective);
+    let depth = select(select(at.z, min(at.z, 1.0), is_of_ground), 1.0, is_perspective);
     out.position_clip = vec4f(at.xy, depth, select(1.0, divisible(at.z), is_perspective));
     out.uv = vec4f(in.uv0, in.uv1);
     out.color = in.color;
-    out.object = in.instance.x >> 2u;
+    out.object = in.instance.x >> 1u;
     @if(masks) {
         out.position_object = in.position;
     }
@@ -89,6 +90,16 @@ fn threshold_at(position_px: vec2f, object: u32) -> f32 {
     order = ((order ^ (order >> 2u)) * ((hash >> 16u) | 1u)) & 15u;
     let sample_index = (view.sample_index & 0xfffffff0u) | order;
     return fract(f32(hash >> 8u) / 16777216.0 + f32(sample_index) * 0.61803398875);
+}
+
+// The same for the ground's map, which is drawn once for all samples: spread evenly over any few texels. The pattern of
+// an object is one of four that know nothing of each other, so that most objects behind each other let through the
+// product of what each does.
+fn even_threshold_at(position_px: vec2f, object: u32) -> f32 {
+    let hash = mixed(object + 1u);
+    let moved = position_px + vec2f(f32((hash >> 8u) & 255u), f32((hash >> 16u) & 255u));
+    let turned = select(moved, moved.yx, (hash & 1u) == 1u);
+    return gradient_noise(turned * select(vec2f(1.0), vec2f(-1.0, 1.0), (hash & 2u) == 2u), 0u);
 }
 
 // The depth of heights, and UVs where light meets them.
@@ -130,13 +141,17 @@ fn drop_what_lets_through(in: ShadowVarying) {
         surface.uv = in.uv;
         surface.color = in.color;
         surface.position_object = in.position_object;
-        var alpha = surface_base_color(surface, 0.0).a * material_factors.cast_alpha;
-        @if(relief) {
-            // Those of opaque materials mean nothing.
-            alpha = select(1.0, alpha, max(material_factors.alpha_cutoff, material_factors.casts_in_part) > 0.0);
-        }
-        // What alpha covers in part stops so many of the rays.
-        let of_texel = threshold_at(in.position_clip.xy, in.object);
+        let base_color = surface_base_color(surface, 0.0);
+        // Alphas of opaque materials mean nothing.
+        let covered = select(1.0, base_color.a, material_factors.alpha_cutoff > 0.0);
+        // A map holds one number for all channels.
+        let mean = min(dot(base_color.rgb, vec3f(1.0 / 3.0)), 1.0);
+        let alpha = covered * (1.0 - material_factors.cast_through * mean);
+        // What covers in part stops so many of the rays.
+        let object = in.object >> 1u;
+        let of_atlas = threshold_at(in.position_clip.xy, object);
+        let is_of_ground = (in.object & 1u) == 1u;
+        let of_texel = select(of_atlas, even_threshold_at(in.position_clip.xy, object), is_of_ground);
         // Of masks the choice is one for all samples, for which their maps last.
         let threshold = mix(mask_threshold(surface, 0.0, 0u), of_texel, material_factors.casts_in_part);
         if alpha < threshold || alpha <= 0.0 {
