@@ -46,8 +46,8 @@ const UNFILTERED_MEAN: u32 = 256;
 /// The rays of a square whose mean the filter takes.
 const FILTERED_RAYS: u32 = 16;
 
-/// So many texels in each direction further the pattern of a filtered picture is the same. Samples of it are moved against
-/// each other, and as many as it has texels are at all of them.
+/// Texels along a side of the pattern of rays of a filtered picture. Each sample moves it, and in sixteen of them each
+/// texel has had each ray.
 const PATTERN_SIDE: f32 = 4.0;
 
 /// Levels of the picture's light, the first of half its size.
@@ -68,8 +68,8 @@ struct ReflectionsUniform {
     share_of_ray: f32,
     /// The most that a body may be thick whose back is drawn.
     thickness_max_m: f32,
-    /// Half of how far apart texels lie whose rays are alike, in pixels, counting those of all samples; 0 where every texel
-    /// has a ray of its own.
+    /// Half of how far apart texels lie whose rays are alike, in pixels, counting those of all samples; 0 where every
+    /// texel has a ray of its own.
     spacing_px: f32,
 }
 
@@ -397,6 +397,12 @@ mod tests {
             ]
         );
         assert_same_layout!("reflections_halve", "CoarseLevel", CoarseLevelUniform, [inverse_size, inverse_finer_size]);
+    }
+
+    #[test]
+    fn moved_patterns_lie_closer() {
+        let found = [(2, 1), (2, 4), (1, 16), (4, 64)].map(|(side_px, samples)| half_spacing_px(side_px, samples));
+        assert_eq!(found, [4.0, 2.0, 0.5, 2.0]);
     }
 
     #[test]

@@ -218,7 +218,9 @@ fn refinement(hit: Hit, offset: vec2f) -> vec2f {
     return select(vec2f(0.0), offset, vec2<bool>(is_near && is_plane.x, is_near && is_plane.y));
 }
 
-// How wide in the picture is half of what a ray stands for, in pixels: its neighbours bring the same.
+// How wide in the picture is half of what a ray stands for, in pixels: its neighbours bring the same. It is a share of the
+// lobe, and where a flat mirror shows farther apart what the rays alike it bring, all between: else small lamps are missed
+// by all of them or found by one that counts as many.
 fn half_footprint_px(center: Center, hit: Hit, length_m: f32, likelihood: f32, rough: f32) -> f32 {
     let width_of_pixel = 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
     let of_lobe_m = 0.5 * length_m * sqrt(reflections.share_of_ray / likelihood);
@@ -227,7 +229,7 @@ fn half_footprint_px(center: Center, hit: Hit, length_m: f32, likelihood: f32, r
     let spacing_m = reflections.spacing_px * rough * width_of_pixel * whole_way_m;
     let of_texels_m = min(spacing_m, FOOTPRINT_SHARE * length_m);
     let pixel_m = mix(-hit.position.z, 1.0, view.orthographic) * width_of_pixel;
-    return length(vec2f(of_lobe_m, of_texels_m)) / pixel_m;
+    return max(of_lobe_m, of_texels_m) / pixel_m;
 }
 
 // The most that counts of what the picture shows at the end of a ray.
