@@ -286,7 +286,8 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let radiance = mix(fine, coarse, clamp(level, 0.0, 1.0));
     let brightest = max(max(radiance.r, radiance.g), max(radiance.b, 1e-6));
     // What is cut of a highlight leaves as much of the environment's light.
-    share *= min(highlight_max(hit) / brightest, 1.0);
+    let kept = min(highlight_max(hit) / brightest, 1.0);
+    share *= kept;
     let brightness_max = min(reflections.radiance_max / max(alpha, 1e-6), RADIANCE_MAX);
-    return vec4f(max(radiance, vec3f(0.0)) * (min(brightness_max / brightest, 1.0) * share), share);
+    return vec4f(max(radiance, vec3f(0.0)) * (min(brightness_max / max(brightest * kept, 1e-30), 1.0) * share), share);
 }
