@@ -2,12 +2,12 @@
 // by seven texels with the weights 1, 2, 3, 4, 3, 2, 1 in each direction: each of the sixteen counts as much, and what a
 // ray brings comes and goes evenly, without the edges of squares; of what lies on the same surface (Tomasi & Manduchi
 // 1998, by the distance from the tangent plane). Mirrors have no noise and stay sharp, but for dots that nothing beside
-// them agrees with.
+// them agrees with: few hits among many misses, and hits that are brighter than white and than all beside them.
 // Reads: noisy_reflections, G-buffer, linear_depth. Writes: reflections.
 // Program: reflections_filter.
 
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::passes::reflections::rays::{reflections, side};
+import package::passes::reflections::rays::{filtered_share, reflections, side};
 import package::shaders::bilateral::middle_of_texel;
 import package::shaders::coarse::pixel_of_texel;
 import package::shaders::coarse_reflections::LIKENESS_REACH;
@@ -18,8 +18,6 @@ import package::shaders::traced_lobe::traced_roughness;
 
 @group(1) @binding(5) var noisy_reflections: texture_2d<f32>;
 
-// Surfaces of this roughness are filtered whole, and smoother ones less.
-const FILTERED_ROUGHNESS: f32 = 0.1;
 // So many texels to each side count, and so many in a row.
 const REACH: i32 = 3;
 const WIDTH: i32 = 7;
@@ -30,9 +28,14 @@ const BRIGHT_WEIGHT: f32 = 0.25;
 // of rays that graze what they meet; from the second on it is the edge of something.
 const LONELY: f32 = 0.25;
 const AGREED: f32 = 0.5;
-// In a smaller picture each such dot is of several pixels: below the second share mirrors show the mean beside them.
+// In a smaller picture each such dot is of several pixels: below the second share mirrors show the mean beside them, with
+// the weights 1, 2, 1 in each direction.
 const ALIKE_NONE: f32 = 0.75;
 const ALIKE_ALL: f32 = 0.98;
+// Dots there are what has so few hits around it, by the weights of seven texels in each direction: one alone is 1 / 16,
+// four in a square are 3 / 16, and the edge of something is more than 3 / 8.
+const DOTS: f32 = 0.08;
+const NO_DOTS: f32 = 0.2;
 
 @fragment
 fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec4f {
@@ -44,12 +47,20 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
     if distance_m >= DISTANCE_BACKGROUND_M {
         return own;
     }
-    let rough = smoothstep(0.0, FILTERED_ROUGHNESS, traced_roughness(surface_at(pixel)));
+    let rough = filtered_share(traced_roughness(surface_at(pixel)));
     let plane = tangent_plane_at(pixel, distance_m);
     var sum = vec4f(0.0);
     var weights = 0.0;
-    var sum_beside = vec4f(0.0);
-    var beside = 0.0;
+    // How many of all texels hit, and how many of the nine beside.
+    var around = vec2f(0.0);
+    var beside = vec2f(0.0);
+    // Of the nine the brightest, the others, and how bright the brightest of these is.
+    var first = vec4f(0.0);
+    var others = vec4f(0.0);
+    var others_weight = 0.0;
+    var first_brightness = 0.0;
+    var second_brightness = 0.0;
+    var most_trusted = 0.0;
     for (var y = 0; y < WIDTH; y++) {
         for (var x = 0; x < WIDTH; x++) {
             let step = vec2f(vec2i(x, y) - REACH);
@@ -59,23 +70,38 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
             let likeness = likeness_to(plane, middle_px, LIKENESS_REACH * distance_m);
             let tent = vec2f(1.0) - abs(step) / f32(REACH + 1);
             let is_own = all(step == vec2f(0.0));
-            let others = select(0.0, likeness, is_inside);
-            let whole = select(others * tent.x * tent.y * rough, 1.0, is_own);
+            let like = select(select(0.0, likeness, is_inside), 1.0, is_own);
+            let evenly = like * tent.x * tent.y;
             let texel = textureSampleLevel(noisy_reflections, nearest_clamp, middle * texel_size, 0.0);
             let brightest = max(texel.r, max(texel.g, texel.b));
+            let whole = select(evenly * rough, 1.0, is_own);
             let weight = whole / (1.0 + BRIGHT_WEIGHT * brightest / reflections.radiance_max);
             sum += texel * weight;
             weights += weight;
-            let is_beside = all(abs(step) < vec2f(1.5));
-            let counts_beside = select(0.0, max(others, select(0.0, 1e-3, is_own)), is_beside);
-            sum_beside += texel * counts_beside;
-            beside += counts_beside;
+            around += vec2f(texel.a, 1.0) * evenly;
+            let near = max(vec2f(2.0) - abs(step), vec2f(0.0));
+            let is_beside = near.x * near.y > 0.0;
+            beside += vec2f(texel.a, 1.0) * select(0.0, like, is_beside);
+            let counts = like * near.x * near.y;
+            let brightness = select(0.0, brightest, counts > 0.0);
+            let is_first = brightness > first_brightness;
+            others += select(texel * counts, first, is_first);
+            first = select(first, texel * counts, is_first);
+            others_weight += counts;
+            second_brightness = max(second_brightness, min(brightness, first_brightness));
+            first_brightness = max(first_brightness, brightness);
+            most_trusted = max(most_trusted, select(0.0, texel.a, counts > 0.0));
         }
     }
-    let mean_beside = sum_beside / beside;
-    let agreed = select(0.0, mean_beside.a / max(own.a, 1e-6), own.a > 1e-3);
-    let of_pixels = own * smoothstep(LONELY, AGREED, agreed);
-    let of_several_pixels = mix(mean_beside, own, smoothstep(ALIKE_NONE, ALIKE_ALL, agreed));
+    // What is cut of a hit leaves as much of the environment's light.
+    let brightness_max = max(reflections.radiance_max, second_brightness);
+    let mean_beside = (others + first * min(brightness_max / max(first_brightness, 1e-6), 1.0)) / others_weight;
+    let own_brightness = max(own.r, max(own.g, own.b));
+    let own_cut = own * min(brightness_max / max(own_brightness, 1e-6), 1.0);
+    let agreed = select(0.0, beside.x / beside.y / max(own.a, 1e-6), own.a > 1e-3);
+    let of_pixels = own_cut * smoothstep(LONELY, AGREED, agreed);
+    let of_something = smoothstep(DOTS, NO_DOTS, around.x / around.y / max(most_trusted, 1e-3));
+    let of_several_pixels = mix(mean_beside, own_cut, smoothstep(ALIKE_NONE, ALIKE_ALL, agreed)) * of_something;
     let mirrored = select(of_pixels, of_several_pixels, side > 1u);
     return mix(mirrored, sum / weights, rough);
 }

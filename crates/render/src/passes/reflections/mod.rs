@@ -46,6 +46,10 @@ const UNFILTERED_MEAN: u32 = 256;
 /// The rays of a square whose mean the filter takes.
 const FILTERED_RAYS: u32 = 16;
 
+/// Texels along a side of the pattern of rays of a filtered picture. Each sample moves it, and in sixteen of them each
+/// texel has had each ray.
+const PATTERN_SIDE: f32 = 4.0;
+
 /// Levels of the picture's light, the first of half its size.
 const COARSE_LEVELS: u32 = 5;
 
@@ -64,7 +68,9 @@ struct ReflectionsUniform {
     share_of_ray: f32,
     /// The most that a body may be thick whose back is drawn.
     thickness_max_m: f32,
-    padding_1: f32,
+    /// Half of how far apart texels lie whose rays are alike, in pixels, counting those of all samples; 0 where every
+    /// texel has a ray of its own.
+    spacing_px: f32,
 }
 
 /// The uniform of `halve.wgsl`; a test compares the two layouts.
@@ -101,7 +107,7 @@ impl ReflectionsUniform {
             radiance_max,
             share_of_ray,
             thickness_max_m,
-            padding_1: 0.0,
+            spacing_px: 0.0,
         }
     }
 }
@@ -236,6 +242,12 @@ fn record_mean(
     Ok(found)
 }
 
+/// Half of how far apart, in pixels, texels of `side_px` lie whose rays are alike, in the mean of so many samples.
+fn half_spacing_px(side_px: u32, samples: u32) -> f32 {
+    let moved = samples.clamp(1, FILTERED_RAYS) as f32;
+    0.5 * PATTERN_SIDE * side_px as f32 / moved.sqrt()
+}
+
 /// How rays are followed, and into what.
 struct Tracing<'s> {
     settings: &'s ReflectionSettings,
@@ -253,11 +265,14 @@ impl<'s> Tracing<'s> {
         let samples = if r.view.shows_few_samples() { 1 } else { samples };
         let bounds_world = &r.frame.world.bounds_world;
         let rays = if is_filtered { samples.saturating_mul(FILTERED_RAYS) } else { samples };
+        let side_px = settings.resolution.side_px();
+        let uniform = ReflectionsUniform::new(settings, bounds_world, r.view.display_exposure, (samples, rays));
+        let spacing_px = if is_filtered { half_spacing_px(side_px, samples) } else { 0.0 };
         Self {
             settings,
-            uniform: ReflectionsUniform::new(settings, bounds_world, r.view.display_exposure, (samples, rays)),
+            uniform: ReflectionsUniform { spacing_px, ..uniform },
             desc: settings.resolution.desc(r.view, RADIANCE),
-            side_px: settings.resolution.side_px(),
+            side_px,
             is_filtered,
         }
     }
@@ -378,10 +393,16 @@ mod tests {
                 radiance_max,
                 share_of_ray,
                 thickness_max_m,
-                padding_1
+                spacing_px
             ]
         );
         assert_same_layout!("reflections_halve", "CoarseLevel", CoarseLevelUniform, [inverse_size, inverse_finer_size]);
+    }
+
+    #[test]
+    fn moved_patterns_lie_closer() {
+        let found = [(2, 1), (2, 4), (1, 16), (4, 64)].map(|(side_px, samples)| half_spacing_px(side_px, samples));
+        assert_eq!(found, [4.0, 2.0, 0.5, 2.0]);
     }
 
     #[test]

@@ -21,9 +21,9 @@ settings! {
         /// farther behind, the less that counts. 0 for a 250th of the diagonal of all that is drawn.
         thickness_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "reflections.enabled=true";
         /// What a ray brings is cut to so many times the display's white, divided by the square of the surface's
-        /// roughness: mirrors show lamps as bright as they are, and rough surfaces have no bright dots of the few rays
-        /// that meet one. It rises by the square root of the number of samples that the picture averages. 0 cuts
-        /// nothing.
+        /// roughness: mirrors show lamps as bright as they are, unless a single ray meets one, and rough surfaces have
+        /// no bright dots of the few rays that do. Highlights of smooth surfaces are cut to four times that. It rises
+        /// by the square root of the number of samples that the picture averages. 0 cuts nothing.
         brightness_max: f32 = 0.5, in 0.0..=1e6, unit "× white", needs "reflections.enabled=true";
         /// The most steps of a ray, over pixels or over squares of up to 64 × 64 of them where nothing is as near;
         /// rays that need more find nothing.

@@ -6,7 +6,8 @@
 // - what does not rise over the plane of the triangle that the ray leaves is passed over, so that no plane meets itself;
 // - light is read where the ray meets the plane of what it hits, not in the middle of its pixel; and of as much of the
 // picture as the ray stands for, so that few rays find small lamps (Colbert & Křivánek 2007, "GPU-Based Importance
-// Sampling");
+// Sampling"), by the share of the lobe and by how far away the next texel has a ray like it;
+// - highlights of smooth surfaces are seen from where the eye is, and not from the mirror: they are cut;
 // - rays below the horizon are turned up, since their light is in the energy compensation.
 // Reads: G-buffer, linear_depth, reflections.pyramid, radiance, reflections.radiance. Writes: radiance of the hit times how much it is to be
 // trusted, and that share.
@@ -14,8 +15,8 @@
 
 import package::view::{view, pixel_from_position_view, position_view_from_pixel};
 import package::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
-import package::passes::reflections::rays::{patterned, reflections, side};
-import package::shaders::coarse::pixel_of_texel;
+import package::passes::reflections::rays::{filtered_share, patterned, reflections, side};
+import package::shaders::coarse::{pixel_of_texel, turn_in_square};
 import package::shaders::coarse_reflections::LIKENESS_REACH;
 import package::shaders::gbuffer_textures::{normal_world_at, surface_at};
 import package::shaders::lit_distance::facet_normal_at;
@@ -60,6 +61,13 @@ const FACING_FADE: f32 = 0.1;
 // in pixels along each axis; else there. It is farther where the ray came from behind.
 const REFINED_PX: f32 = 1.0;
 
+// So many times `radiance_max` is the most that a ray brings of smooth surfaces, and the roughness from which on what they
+// show is much the same from everywhere.
+const HIGHLIGHT: f32 = 4.0;
+const MATTE_ROUGHNESS: f32 = 0.5;
+// What a ray stands for is at most so large a share of the ray's length: at its foot the surface itself is near.
+const FOOTPRINT_SHARE: f32 = 0.25;
+
 // What a ray is within lies at least so high over the plane that it leaves, as the sine of an angle.
 const LEAST_RISE: f32 = 0.12;
 
@@ -81,8 +89,9 @@ struct Hit {
 fn noise_at(position_px: vec2f) -> vec2f {
     if patterned != 0u {
         // Sixteen places of a square, one in each row and column of it, in all squares of 4 × 4 texels; other ones in
-        // every sample (Roberts 2018).
-        let texel = vec2u(position_px) & vec2u(3u);
+        // every sample (Roberts 2018), and those in other texels of the square, so that in sixteen samples each texel has
+        // had them all.
+        let texel = (vec2u(position_px) + vec2u(turn_in_square(4))) & vec2u(3u);
         let place = vec2u((texel.x << 2u) + texel.y, (texel.y << 2u) + texel.x);
         let turn = fract(plastic_turn(view.sample_index) + 0.5);
         return fract((vec2f(place) + turn) / 16.0);
@@ -209,6 +218,28 @@ fn refinement(hit: Hit, offset: vec2f) -> vec2f {
     return select(vec2f(0.0), offset, vec2<bool>(is_near && is_plane.x, is_near && is_plane.y));
 }
 
+// How wide in the picture is half of what a ray stands for, in pixels: its neighbours bring the same. It is a share of the
+// lobe, and where a flat mirror shows farther apart what the rays alike it bring, all between: else small lamps are missed
+// by all of them or found by one that counts as many.
+fn half_footprint_px(center: Center, hit: Hit, length_m: f32, likelihood: f32, rough: f32) -> f32 {
+    let width_of_pixel = 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
+    let of_lobe_m = 0.5 * length_m * sqrt(reflections.share_of_ray / likelihood);
+    // As a flat mirror shows it.
+    let whole_way_m = mix(length_m - center.position.z, 1.0, view.orthographic);
+    let spacing_m = reflections.spacing_px * rough * width_of_pixel * whole_way_m;
+    let of_texels_m = min(spacing_m, FOOTPRINT_SHARE * length_m);
+    let pixel_m = mix(-hit.position.z, 1.0, view.orthographic) * width_of_pixel;
+    return max(of_lobe_m, of_texels_m) / pixel_m;
+}
+
+// The most that counts of what the picture shows at the end of a ray.
+fn highlight_max(hit: Hit) -> f32 {
+    let surface = surface_at(vec2i(hit.middle_px));
+    let roughness = select(1.0, traced_roughness(surface), is_traced(surface));
+    let smooth_share = 1.0 - min(roughness / MATTE_ROUGHNESS, 1.0);
+    return min(HIGHLIGHT * reflections.radiance_max / max(smooth_share, 1e-6), RADIANCE_MAX);
+}
+
 @fragment
 fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = pixel_of_texel(vec2i(position.xy), i32(side));
@@ -239,10 +270,8 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let met_px = pixel_from_position_view(center.position + direction * length_m);
     let refined = select(refinement(hit, met_px - hit.middle_px), vec2f(0.0), hit.is_within);
     let uv = (hit.middle_px + refined) * view.inverse_size_px;
-    // How wide in the picture is half of what the ray stands for: its neighbours bring the same.
-    let solid_angle = reflections.share_of_ray / ray.likelihood;
-    let pixel_m = mix(-hit.position.z, 1.0, view.orthographic) * 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
-    let level = log2(max(0.5 * length_m * sqrt(solid_angle) / pixel_m, 1e-3));
+    let footprint_px = half_footprint_px(center, hit, length_m, ray.likelihood, filtered_share(roughness));
+    let level = log2(max(footprint_px, 1e-3));
     let from_edge = min(uv, 1.0 - uv) / EDGE_FADE;
     share *= smoothstep(0.0, 1.0, min(from_edge.x, from_edge.y)) * smoothstep(0.0, 1.0, facing / FACING_FADE);
     share *= 1.0 - hit.behind * hit.behind;
@@ -256,6 +285,9 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let coarse = coarse_texel.rgb / max(coarse_texel.a, 1e-3);
     let radiance = mix(fine, coarse, clamp(level, 0.0, 1.0));
     let brightest = max(max(radiance.r, radiance.g), max(radiance.b, 1e-6));
+    // What is cut of a highlight leaves as much of the environment's light.
+    let kept = min(highlight_max(hit) / brightest, 1.0);
+    share *= kept;
     let brightness_max = min(reflections.radiance_max / max(alpha, 1e-6), RADIANCE_MAX);
-    return vec4f(max(radiance, vec3f(0.0)) * (min(brightness_max / brightest, 1.0) * share), share);
+    return vec4f(max(radiance, vec3f(0.0)) * (min(brightness_max / max(brightest * kept, 1e-30), 1.0) * share), share);
 }
