@@ -2,16 +2,18 @@
 //!
 //! # The rule
 //! M is the mean luminance of the environment over all directions, its sun included. A white matte ball has it on the
-//! average of its surface. A surface of twice mid grey has 0.36 M there, x = log2(0.36 M / 0.18) stops above mid grey. The
-//! curve of [`super`] turns x into A stops, the exposure of the environment. The surfaces alone ask for d stops more than
-//! A. Of these d / (1 + 2 |d|) remain: half a stop at most. So all models have about the same backdrop.
+//! average of its surface. A surface of twice mid grey has 0.36 M there, x = log2(0.36 M / 0.18) stops above mid
+//! grey. The curve of [`super`] turns x into A stops, the exposure of the environment. The surfaces alone ask for d
+//! stops more than A. Of these d / (1 + 2 |d|) remain: half a stop at most. So all models have about the same
+//! backdrop.
 //!
-//! - Rooms: where less than a tenth of the picture shows the environment, more of d remains; where nothing shows it, all.
-//! - Lamps at night: x is then below −4, and surfaces that outshine the environment have a d below −2. More of d remains,
-//!   and all of it from x = −8 and d = −4 on. By day lamps darken nothing.
-//! - Saturated colours: the tone curve makes them pale where their largest component passes white. A pixel asks for as many
-//!   stops less as its largest component exceeds 1 by, but for no more than it exceeds the pixel's luminance by, less half
-//!   a stop: what is nearly grey asks for none. The mean over the surfaces is taken off, down to A − 1.
+//! - Rooms: where less than a tenth of the picture shows the environment, more of d remains; where nothing shows it,
+//!   all.
+//! - Lamps at night: x is then below −4, and surfaces that outshine the environment have a d below −2. More of d
+//!   remains, and all of it from x = −8 and d = −4 on. By day lamps darken nothing.
+//! - Saturated colours: the tone curve makes them pale where their largest component passes white. A pixel asks for
+//!   as many stops less as its largest component exceeds 1 by, but for no more than it exceeds the pixel's luminance
+//!   by, less half a stop: what is nearly grey asks for none. The mean over the surfaces is taken off, down to A − 1.
 
 use super::{MID_GREY, picture_level_stops};
 use glam::Vec3;

@@ -283,6 +283,27 @@ mod tests {
     }
 
     #[test]
+    fn saturated_colours_are_exposed_to_white_and_grey_is_not() {
+        // In a mean of 0.5 the environment's exposure is 0. Half of the picture shows it.
+        let anchor = Anchor::new(glam::Vec3::splat(0.5), 1.0);
+        let stops_of = |r: f32, g: f32, b: f32, pre_exposure_stops: i32| {
+            let scale = (pre_exposure_stops as f32).exp2();
+            let pixels = [[r * scale, g * scale, b * scale, 1.0], [0.0; 4]].concat();
+            f64::from(Reading::new(&pixels, pre_exposure_stops).metering(anchor, |_| 1.0).stops)
+        };
+        for pre_exposure_stops in [0, -6] {
+            let red = stops_of(1.5, 0.0, 0.0, pre_exposure_stops);
+            assert!((red + 1.5f64.log2()).abs() < 1e-6, "{red}: 1.5 comes to 1");
+            assert!((stops_of(40.0, 0.0, 0.0, pre_exposure_stops) + 1.0).abs() < 1e-6, "a stop at most");
+            // Log2(1.5 / 0.18) = 3.0589; the curve leaves 1.2190, and of the 1.8399 stops less 0.3931 remain.
+            let grey = stops_of(1.5, 1.5, 1.5, pre_exposure_stops);
+            assert!((grey + 0.3931).abs() < 1e-3, "{grey}");
+        }
+        let unseen = Reading::new(&[0.0; 8], 0).metering(anchor, |_| 1.0);
+        assert_eq!((unseen.log_average_luminance, unseen.stops), (None, 0.0));
+    }
+
+    #[test]
     fn clamped_pixels_are_taken_from_a_lower_reading() {
         let grey = |value: f32| [value, value, value, 1.0];
         let mut reading = Reading::new(&[grey(30_000.0), grey(8_192.0)].concat(), 0);

@@ -52,8 +52,8 @@ pub fn suns(map: &EnvironmentMap) -> Suns {
 }
 
 impl EnvironmentMap {
-    /// The mean radiance over all directions, that of [`Self::light`] included: what a white matte ball has on the average
-    /// of its surface.
+    /// The mean radiance over all directions, that of [`Self::light`] included: what a white matte ball has on the
+    /// average of its surface.
     pub fn mean_radiance(&self) -> Vec3 {
         let light = self.light.map_or(Vec3::ZERO, |light| light.irradiance).as_dvec3();
         let lit = |cell: &Cell| cell.radiance.as_dvec3() * f64::from(cell.solid_angle);
