@@ -55,7 +55,8 @@ Without --camera, --eye and --orbit: the file's first camera, which --target, --
 the whole model from yaw 30, pitch 28, a margin of 6 % around it; a room without a camera from inside. \
 With --time, --frames or --animation the whole model is all that it covers while the animation plays.
 Yaw 0 looks along -Z from +Z and grows towards +X; positive pitch looks down from above.
-Without --environment it is `studio`; where the file has lights it is faint, and exposure is `auto`.";
+Without --environment it is `studio`; where the file has lights it is faint, and exposure is `auto`. \
+Under the sky and in a picture exposure is `auto`, too, and a shadow lies under the model.";
 
 /// What to do.
 #[derive(Debug, Subcommand)]
@@ -234,16 +235,18 @@ pub struct FrameArgs {
     #[arg(long, value_name = "WHAT")]
     pub background: Option<String>,
     /// shadow: a plane under the model that is seen by the shadow on it alone; none; or a colour, which makes it a
-    /// floor [default: auto: shadow in the studio, be it faint, unless the background is transparent, else none].
+    /// floor [default: auto: shadow in the studio, be it faint, under the sky and in a picture, unless the background is
+    /// transparent, else none].
     #[arg(long, value_name = "WHAT")]
     pub ground: Option<String>,
     /// Stops; or auto: metered, with stops on top as in auto+1 or auto-0.5; or scene: what the file states, else auto
-    /// if it has lights or is under the sky, else 0 [default: scene].
+    /// if it has lights, or is under the sky or in a picture of the environment, else 0 [default: scene].
     ///
     /// 0 shows radiance as it is. `auto` takes the log-average luminance of the surfaces at time 0, before a turntable
-    /// turns, at one size whatever --size is, under the file's lights and its glow. Within 2 stops of mid grey (0.18)
-    /// nothing changes; beyond, of t stops that exceed them, t / (1 + 4 t) remain, so that night stays darker than day.
-    /// .exr stays scene-linear without any exposure.
+    /// turns, at one size whatever --size is, under the file's lights and its glow. Within half a stop of mid grey (0.18)
+    /// nothing changes; beyond, of t stops that exceed it, t / (1 + t) remain, so that night stays darker than day.
+    /// Under the sky and in a picture it is the exposure of these instead, which the surfaces move by half a stop, and
+    /// bright saturated colours lower by up to one (docs/exposure.md). .exr stays scene-linear without any exposure.
     #[arg(long, value_name = "STOPS|auto|scene", allow_hyphen_values = true)]
     pub exposure: Option<String>,
     /// The tone mapper; short for --set tone_map.curve [default: neutral].

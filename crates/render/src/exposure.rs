@@ -5,9 +5,15 @@
 //! changes. Beyond, of the t = |x| − 0.5 stops that exceed it, t / (1 + t) remain: the level of the picture rises with
 //! the level of the light, so that night stays darker than day, and ends at 1.5 stops from mid grey: surfaces of the
 //! mean reflectance can be told from black and from white. It is continuous, and so is its slope.
+//!
+//! Under the sky and in a picture x is that of the environment, and the surfaces move the exposure by half a stop, or by
+//! more where the environment is hardly seen: `exposure/anchor.rs` has the rule.
 
 mod adaptation;
+mod anchor;
 mod settings;
+
+pub(crate) use anchor::{Anchor, color_excess_stops};
 
 pub use adaptation::{Adaptation, MeteringPattern};
 pub use settings::ExposureSettings;
@@ -134,7 +140,8 @@ pub struct Metering {
     /// The share of the surfaces that is darker than 16 of 255 in the picture that automatic exposure makes: so dark
     /// that nothing can be told apart.
     pub dark_share: f64,
-    /// What automatic exposure multiplies by, in stops.
+    /// What automatic exposure multiplies by, in stops. Under the sky and in a picture it is that of the environment,
+    /// which the surfaces move within bounds.
     pub stops: f32,
     /// What radiance is multiplied by, in stops, while it is in half floats, and divided by afterwards. A whole number,
     /// so that nothing is lost.

@@ -3,7 +3,7 @@
 use super::{Purpose, Renderer};
 use crate::constants::RADIANCE_MAX;
 use crate::environment::{Background, Environment};
-use crate::exposure::{Exposure, ExposureSettings, Metering};
+use crate::exposure::{Anchor, Exposure, ExposureSettings, Metering, MeteringPattern, color_excess_stops};
 use crate::ground::Ground;
 use crate::request::{FrameRequest, RenderError};
 use crate::settings::Switch;
@@ -78,8 +78,8 @@ impl Reading {
         }
     }
 
-    /// What it comes to if the pixel of an index counts so much.
-    fn metering(&self, weight_of: impl Fn(usize) -> f64) -> Metering {
+    /// What it comes to if the pixel of an index counts so much, in an environment of a level.
+    fn metering(&self, anchor: Option<Anchor>, weight_of: impl Fn(usize) -> f64) -> Metering {
         let (mean, scale) = (self.weighted_mean(&weight_of), f64::from(-self.pre_exposure_stops).exp2());
         let (mut weights, mut sum) = (0.0, 0.0);
         for (index, [coverage, luminance, _]) in self.pixels.iter().enumerate() {
@@ -92,15 +92,29 @@ impl Reading {
         let peak = self.pixels.iter().filter(|pixel| pixel[0] > 0.0).map(|pixel| pixel[2]).fold(0.0, f64::max);
         let average = (weights > 0.0).then(|| (sum / weights).exp2() * scale);
         let metering = Metering::new(average, peak * scale, self.covered() / (self.pixels.len().max(1)) as f64);
+        let metering = anchor.map_or(metering, |anchor| self.anchored(metering, anchor));
         let dark_below = Metering::DARK / (scale * f64::from(metering.stops).exp2());
         let dark: f64 = self.pixels.iter().filter(|pixel| pixel[1] < dark_below).map(|pixel| pixel[0]).sum();
         Metering { dark_share: dark / self.covered().max(1e-9), ..metering }
+    }
+
+    /// With the exposure of the environment, which the surfaces move.
+    fn anchored(&self, metering: Metering, anchor: Anchor) -> Metering {
+        let surfaces = metering.log_average_luminance.map(|_| f64::from(metering.stops));
+        let stops = anchor.moved(surfaces, metering.surface_share);
+        let scale = (stops - f64::from(self.pre_exposure_stops)).exp2();
+        let excess_of = |[coverage, luminance, largest]: &[f64; 3]| {
+            coverage * color_excess_stops(luminance * scale, largest * scale)
+        };
+        let excess = self.pixels.iter().map(excess_of).sum::<f64>() / self.covered().max(1e-9);
+        Metering { stops: anchor.lowered(stops, excess) as f32, ..metering }
     }
 }
 
 impl Renderer {
     /// How bright the surfaces are that `request` shows: by their own light, that of the scene's lights and that of the
-    /// environment, but not of [`Environment::Fill`], whose level follows from this.
+    /// environment, but not of [`Environment::Fill`], whose level follows from this. Under the sky and in a picture the
+    /// exposure goes by the mean light of these as well.
     ///
     /// It draws a small frame of its own, of the picture's shape whatever its size, of one sample, without effects and
     /// background. The pictures of a sequence take the metering of one of them; the command line takes the camera at
@@ -193,7 +207,17 @@ impl Renderer {
             reading.mend(&lower);
         }
         let pattern = request.settings.exposure.metering;
-        Ok(reading.metering(|index| pattern.weight(index, (request.width, request.height))))
+        // The other patterns meter what is in the middle, whatever surrounds it.
+        let anchor = self.anchor(scene, request).filter(|_| pattern == MeteringPattern::Average);
+        Ok(reading.metering(anchor, |index| pattern.weight(index, (request.width, request.height))))
+    }
+
+    /// The level of the sky, which a frame has computed, or of the scene's picture, if that is the environment.
+    fn anchor(&self, scene: &Scene, request: &FrameRequest) -> Option<Anchor> {
+        let settings = &request.settings.environment;
+        let of_scene = scene.environment.clone().filter(|_| settings.source == Environment::File);
+        let map = of_scene.or_else(|| self.computed.of(settings))?;
+        Anchor::new(map.mean_radiance(), settings.intensity)
     }
 }
 
@@ -245,17 +269,38 @@ mod tests {
         // Two at 0.5 and at 2, one half covered at 1 (associated: 0.5), one in the dark, one background.
         let grey = |value: f32, coverage: f32| [value, value, value, coverage];
         let pixels = [grey(0.5, 1.0), grey(2.0, 1.0), grey(0.5, 0.5), grey(0.0, 1.0), grey(0.0, 0.0)].concat();
-        let metering = Reading::new(&pixels, 0).metering(|_| 1.0);
+        let metering = Reading::new(&pixels, 0).metering(None, |_| 1.0);
         let average = metering.log_average_luminance.unwrap_or_default();
         assert!((average - 1.0).abs() < 0.02, "{average}");
         assert!((metering.surface_share - 0.7).abs() < 1e-6 && (metering.peak - 2.0).abs() < 1e-6, "{metering:?}");
         // The same light at another pre-exposure is the same light.
         let lower: Vec<f32> =
             pixels.chunks_exact(4).flat_map(|p| [p[0] / 16.0, p[1] / 16.0, p[2] / 16.0, p[3]]).collect();
-        let same = Reading::new(&lower, -4).metering(|_| 1.0).log_average_luminance.unwrap_or_default();
+        let same = Reading::new(&lower, -4).metering(None, |_| 1.0).log_average_luminance.unwrap_or_default();
         assert!((same - average).abs() < 1e-9, "{same} {average}");
-        let dark = Reading::new(&grey(0.0, 1.0), 0).metering(|_| 1.0);
+        let dark = Reading::new(&grey(0.0, 1.0), 0).metering(None, |_| 1.0);
         assert_eq!((dark.log_average_luminance, dark.stops), (None, 0.0));
+    }
+
+    #[test]
+    fn saturated_colours_are_exposed_to_white_and_grey_is_not() {
+        // In a mean of 0.5 the environment's exposure is 0. Half of the picture shows it.
+        let anchor = Anchor::new(glam::Vec3::splat(0.5), 1.0);
+        let stops_of = |r: f32, g: f32, b: f32, pre_exposure_stops: i32| {
+            let scale = (pre_exposure_stops as f32).exp2();
+            let pixels = [[r * scale, g * scale, b * scale, 1.0], [0.0; 4]].concat();
+            f64::from(Reading::new(&pixels, pre_exposure_stops).metering(anchor, |_| 1.0).stops)
+        };
+        for pre_exposure_stops in [0, -6] {
+            let red = stops_of(1.5, 0.0, 0.0, pre_exposure_stops);
+            assert!((red + 1.5f64.log2()).abs() < 1e-6, "{red}: 1.5 comes to 1");
+            assert!((stops_of(40.0, 0.0, 0.0, pre_exposure_stops) + 1.0).abs() < 1e-6, "a stop at most");
+            // Log2(1.5 / 0.18) = 3.0589; the curve leaves 1.2190, and of the 1.8399 stops less 0.3931 remain.
+            let grey = stops_of(1.5, 1.5, 1.5, pre_exposure_stops);
+            assert!((grey + 0.3931).abs() < 1e-3, "{grey}");
+        }
+        let unseen = Reading::new(&[0.0; 8], 0).metering(anchor, |_| 1.0);
+        assert_eq!((unseen.log_average_luminance, unseen.stops), (None, 0.0));
     }
 
     #[test]
@@ -264,7 +309,7 @@ mod tests {
         let mut reading = Reading::new(&[grey(30_000.0), grey(8_192.0)].concat(), 0);
         assert!(reading.clamped_share() > 0.4);
         reading.mend(&Reading::new(&[grey(2.0), grey(0.125)].concat(), -16));
-        let metering = reading.metering(|_| 1.0);
+        let metering = reading.metering(None, |_| 1.0);
         assert!((metering.peak - 131_072.0).abs() < 1e-6);
         assert!((metering.log_average_luminance.unwrap_or_default() / 32_768.0 - 1.0).abs() < 0.1, "{metering:?}");
     }

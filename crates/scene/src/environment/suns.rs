@@ -1,7 +1,7 @@
 //! Strong small sources of a picture of the environment: its sun, and lamps.
 
 use super::{EnvironmentLight, EnvironmentMap, equirectangular_direction};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use std::collections::HashSet;
@@ -52,6 +52,15 @@ pub fn suns(map: &EnvironmentMap) -> Suns {
 }
 
 impl EnvironmentMap {
+    /// The mean radiance over all directions, that of [`Self::light`] included: what a white matte ball has on the
+    /// average of its surface.
+    pub fn mean_radiance(&self) -> Vec3 {
+        let light = self.light.map_or(Vec3::ZERO, |light| light.irradiance).as_dvec3();
+        let lit = |cell: &Cell| cell.radiance.as_dvec3() * f64::from(cell.solid_angle);
+        let sum: DVec3 = cells(self).iter().map(lit).sum();
+        ((sum + light) / (4.0 * std::f64::consts::PI)).as_vec3()
+    }
+
     /// Takes the sun out of the picture and makes it a light, which casts shadows, if the picture has one source that is
     /// small and strong enough: within 1.2° of its middle, and at least a fifth of the light on a plane that faces it. Of
     /// several small sources none is taken, and what brings its own reflections or irradiance keeps its own.
@@ -212,6 +221,30 @@ mod tests {
     fn irradiance(map: &EnvironmentMap, normal: Vec3) -> f32 {
         let share = |cell: &Cell| luminance(cell.radiance) * cell.solid_angle * cell.direction.dot(normal).max(0.0);
         cells(map).iter().map(share).sum()
+    }
+
+    #[test]
+    fn the_mean_is_over_all_directions_and_holds_the_sun() {
+        // 3 (1 + y) / 2 is 1.5 on the average, and what is red above the horizon is half of it.
+        let map = EnvironmentMap::from_fn("mean", 128, 64, |to| {
+            Vec3::new(f32::from(u8::from(to.y > 0.0)), 1.5 + 1.5 * to.y, 0.25)
+        });
+        let mean = map.mean_radiance();
+        assert!((mean - Vec3::new(0.5, 1.5, 0.25)).abs().max_element() < 2e-3, "{mean}");
+        // A light has its irradiance over 4 π.
+        let irradiance = Vec3::splat(4.0 * std::f32::consts::PI);
+        let light = EnvironmentLight { direction: Vec3::Y, irradiance, half_angle_tan: 0.0 };
+        let lit = EnvironmentMap { light: Some(light), ..map }.mean_radiance();
+        assert!((lit - mean - Vec3::ONE).abs().max_element() < 1e-4, "{lit}");
+        // It is the same whether the sun is in the picture or beside it.
+        let to_sun = Vec3::new(0.4, 0.7, -0.3).normalize();
+        let sunny = EnvironmentMap::from_fn("sun", 1024, 512, |to| {
+            Vec3::splat(if to.dot(to_sun) > 0.99993 { 20_000.0 } else { 0.2 })
+        });
+        let beside = sunny.clone().with_sun_as_light();
+        assert!(beside.light.is_some());
+        let ratio = beside.mean_radiance().x / sunny.mean_radiance().x;
+        assert!((ratio - 1.0).abs() < 1e-3, "{ratio}");
     }
 
     #[test]

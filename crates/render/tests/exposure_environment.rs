@@ -1,0 +1,127 @@
+//! Exposure under the sky and in a picture: that of the environment, which surfaces move within bounds.
+
+#![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
+
+mod common;
+
+use common::renderer;
+use glam::{Mat4, Vec3};
+use manypass::exposure::{MID_GREY, picture_level_stops};
+use manypass::{Environment, Exposure, FrameRequest, Metering, Renderer, View};
+use manypass_scene::primitives::cube;
+use manypass_scene::{EnvironmentLight, EnvironmentMap, Light, LightKind, Material, Mesh, Node, Projection, Scene};
+
+/// A matte cube of 1 m in an environment.
+fn cube_in(map: EnvironmentMap, base_color: Vec3) -> Scene {
+    let mut scene = Scene { environment: Some(map.into()), ..Scene::default() };
+    let base_color_factor = base_color.extend(1.0);
+    let (metallic_factor, roughness_factor) = (0.0, 0.9);
+    scene.materials.push(Material { base_color_factor, metallic_factor, roughness_factor, ..Material::default() });
+    let mut primitive = cube(Vec3::ONE);
+    primitive.material = Some(0);
+    scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
+    scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
+    scene.update_transforms();
+    scene
+}
+
+fn even(radiance: f32) -> EnvironmentMap {
+    EnvironmentMap::from_fn("even", 64, 32, |_| Vec3::splat(radiance))
+}
+
+/// A sun behind the camera of a request for the whole model, in an even sky: a mean of 1.1.
+fn sunny() -> EnvironmentMap {
+    let direction = Vec3::new(0.5, 0.5, 0.7).normalize();
+    let irradiance = Vec3::splat(4.0 * std::f32::consts::PI);
+    EnvironmentMap { light: Some(EnvironmentLight { direction, irradiance, half_angle_tan: 0.005 }), ..even(0.1) }
+}
+
+/// A lamp of so many candela two metres before the cube.
+fn with_lamp(mut scene: Scene, intensity: f32) -> Scene {
+    scene.lights.push(Light { intensity, kind: LightKind::Point, ..Light::default() });
+    scene.add_node(None, Node { light: Some(0), translation: Vec3::new(0.7, 0.8, 2.0), ..Node::default() });
+    scene.update_transforms();
+    scene
+}
+
+/// The exposure that nobody states, and what was metered for it.
+fn exposed(renderer: &mut Renderer, scene: &Scene, mut request: FrameRequest) -> (f64, Metering) {
+    renderer.load(scene).unwrap();
+    renderer.expose(scene, &mut request, Exposure::Scene).unwrap();
+    assert_eq!(request.settings.exposure.stops, Exposure::AUTO);
+    (request.exposure_stops().into(), request.metering.unwrap())
+}
+
+fn whole(scene: &Scene) -> FrameRequest {
+    FrameRequest::of_scene(scene, 64, 64)
+}
+
+/// The exposure of surfaces alone.
+fn of_surfaces(metering: &Metering) -> f64 {
+    let level = (metering.log_average_luminance.unwrap() / MID_GREY).log2();
+    picture_level_stops(level) - level
+}
+
+#[test]
+fn a_catalogue_in_one_picture_has_one_exposure_within_bounds() {
+    let mut renderer = renderer();
+    // A surface of 0.36 in a mean of 1.1 is 1.1375 stops above mid grey; of these the curve leaves 0.8893.
+    let anchor = -0.2482;
+    let mut found = Vec::new();
+    for grey in [0.0, 0.03, 0.2126, 0.5, 0.95] {
+        let scene = cube_in(sunny(), Vec3::splat(grey));
+        let (stops, metering) = exposed(&mut renderer, &scene, whole(&scene));
+        let difference = of_surfaces(&metering) - anchor;
+        let expected = anchor + difference / (1.0 + 2.0 * difference.abs());
+        assert!((stops - expected).abs() < 2e-3, "{grey}: {stops}, not {expected}");
+        found.push((stops, metering.log_average_luminance.unwrap()));
+    }
+    let (darkest, palest) = (found[0], found[4]);
+    assert!(palest.1 / darkest.1 > 6.0, "the test shows nothing: {found:?}");
+    assert!(darkest.0 - palest.0 < 1.0 && darkest.0 > palest.0, "{found:?}");
+    // Red as bright as a grey of 0.2126, whose largest component is nearly five times as much.
+    for color in [Vec3::X, Vec3::Z] {
+        let scene = cube_in(sunny(), color);
+        let (stops, _) = exposed(&mut renderer, &scene, whole(&scene));
+        assert!(stops < found[2].0 - 0.3 && stops >= anchor - 1.001, "{color}: {stops}, grey has {}", found[2].0);
+    }
+}
+
+#[test]
+fn what_fills_the_picture_is_exposed_by_itself() {
+    let mut renderer = renderer();
+    let scene = cube_in(even(0.01), Vec3::splat(0.5));
+    let projection = Projection::Perspective { fov_y_rad: 0.4, near_m: 0.1, far_m: None };
+    let near = View { world_from_view: Mat4::from_translation(Vec3::Z * 1.5), projection };
+    let (stops, metering) = exposed(&mut renderer, &scene, FrameRequest::new(64, 64, near));
+    assert!(metering.surface_share > 0.999, "{metering:?}");
+    assert!((stops - of_surfaces(&metering)).abs() < 1e-4, "{stops}: {metering:?}");
+    // A spot is what it meters, whatever is around it.
+    let spot = whole(&scene).with(|settings| settings.exposure.metering = manypass::MeteringPattern::Spot);
+    let (stops, metering) = exposed(&mut renderer, &scene, spot);
+    assert!((stops - of_surfaces(&metering)).abs() < 1e-4, "{stops}: {metering:?}");
+}
+
+#[test]
+fn lamps_darken_no_day_and_are_metered_at_night() {
+    let mut renderer = renderer();
+    let scene = with_lamp(cube_in(even(1.0), Vec3::splat(0.5)), 1000.0);
+    let of = |source: Environment, intensity: f32| {
+        whole(&scene).with(|settings| {
+            (settings.environment.source, settings.environment.intensity) = (source, intensity);
+        })
+    };
+    // Of a mean of 1 the level is 1 stop, of which the curve leaves 0.8333.
+    let (day, metering) = exposed(&mut renderer, &scene, of(Environment::File, 1.0));
+    assert!(of_surfaces(&metering) < -4.0, "the test shows nothing: {metering:?}");
+    assert!((-0.1667 - 0.5..-0.1667).contains(&day), "{day}");
+    let (noon, metering) = exposed(&mut renderer, &scene, of(Environment::Sky, 1.0));
+    assert!(of_surfaces(&metering) < -4.0 && noon > -0.8, "{noon}: {metering:?}");
+    let (night, metering) = exposed(&mut renderer, &scene, of(Environment::File, 1e-4));
+    assert!((night - of_surfaces(&metering)).abs() < 1e-4, "{night}: {metering:?}");
+    // Without the lamp it is night all the same: brightened, and darker than day.
+    let unlit = cube_in(even(1e-4), Vec3::splat(0.5));
+    let (stops, metering) = exposed(&mut renderer, &unlit, whole(&unlit));
+    let level = (metering.log_average_luminance.unwrap() / MID_GREY).log2() + stops;
+    assert!(stops > 9.0 && (-2.5..-0.9).contains(&level), "{stops}, shown at {level}");
+}
