@@ -34,7 +34,7 @@ fn glb(body: &Primitive) -> Vec<u8> {
     let mut json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"scene":0,"nodes":[{{"mesh":0}}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":1}},"indices":2,"material":0}}]}}],
-        "materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[0.6,0.6,0.6,1],"metallicFactor":0,"roughnessFactor":0.6}}}}],
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[0.27,0.30,0.33,1],"metallicFactor":0,"roughnessFactor":0.6}}}}],
         "accessors":[{{"bufferView":0,"componentType":5126,"count":{count},"type":"VEC3"}},
             {{"bufferView":0,"byteOffset":{0},"componentType":5126,"count":{count},"type":"VEC3"}},
             {{"bufferView":0,"byteOffset":{1},"componentType":5125,"count":{indices},"type":"SCALAR"}}],
@@ -148,6 +148,36 @@ fn one_body_in_every_format_is_one_picture() {
     run_in(&folder, &[&["render", "turned.stl", "-o", "out/turned.png"][..], &SMALL].concat()).expect(0);
     assert!(!difference(&reference, &read("turned"), tolerance.within).is_within(tolerance));
     assert!(flip(&reference, &read("turned")).mean() > 0.05);
+}
+
+#[test]
+fn what_has_no_material_stands_out_against_the_studio_and_white() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("formats-contrast");
+    folder.write("body.stl", &stl(&body()));
+    // A pyramid whose sides face a camera at the default place.
+    let places = ["0 0 0", "1 0 0", "0 0 -1", "0 1.2 -0.2"].map(|place| format!("v {place}\n")).concat();
+    folder.write("pyramid.obj", (places + "f 1 2 4\nf 2 3 4\nf 3 1 4\nf 3 2 1\n").as_bytes());
+    for model in ["body.stl", "pyramid.obj"] {
+        let drawn = |more: &[&str]| {
+            let args = [&["render", model, "-o", "-", "--format", "png", "--size", "64x64"][..], more].concat();
+            picture(&run_in(&folder, &args).expect(0).stdout)
+        };
+        let mask = drawn(&["--background", "transparent", "--ground", "none"]);
+        for more in [&[][..], &["--background", "ffffff"]] {
+            let seen = drawn(more);
+            let differs = |at: usize| {
+                // The backdrop has the same levels all along a row.
+                let backdrop = seen.pixels[at - at % seen.width];
+                (0..3).any(|channel| seen.pixels[at][channel].abs_diff(backdrop[channel]) >= 10)
+            };
+            let inside: Vec<usize> = (0..mask.pixels.len()).filter(|at| mask.pixels[*at][3] == 255).collect();
+            let lost = inside.iter().filter(|at| !differs(**at)).count();
+            assert!(inside.len() > 400 && lost * 20 < inside.len(), "{model} {more:?}: {lost} of {}", inside.len());
+        }
+    }
 }
 
 #[test]

@@ -5,7 +5,6 @@ use crate::gltf_file::{LoadError, Loaded, geometry};
 use crate::scenes::MAX_DRAWN_PRIMITIVES;
 use crate::tally::Tally;
 use crate::{Material, Mesh, Node, NodeId, Primitive, Scene};
-use glam::Vec3;
 use std::collections::{BTreeMap, HashMap};
 use std::hash::Hash;
 
@@ -16,12 +15,16 @@ pub(super) struct Parts {
     pub(super) warnings: Tally,
 }
 
-/// The surface of what has no material: a light grey without gloss, and white below colours of vertices. It has two
-/// sides, because these formats do not say which faces are seen, and their winding is often wrong.
+/// The colour of what has none: a cool grey that is darker than the studio's backdrop in its light and in its shade. A
+/// grey of 0.6 has the backdrop's own levels on the sides that face a camera.
+pub(super) const NO_COLOR_LINEAR: [f32; 4] = [0.27, 0.30, 0.33, 1.0];
+
+/// The surface of what has no material: a grey without gloss, and white below colours of vertices. It has two sides,
+/// because these formats do not say which faces are seen, and their winding is often wrong.
 pub(super) fn plain_material(has_colors: bool) -> Material {
-    let grey_linear = if has_colors { 1.0 } else { 0.6 };
+    let color_linear = if has_colors { [1.0; 4] } else { NO_COLOR_LINEAR };
     Material {
-        base_color_factor: Vec3::splat(grey_linear).extend(1.0),
+        base_color_factor: color_linear.into(),
         metallic_factor: 0.0,
         roughness_factor: 0.6,
         double_sided: true,
