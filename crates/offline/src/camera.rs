@@ -1,6 +1,6 @@
 //! A picture's camera as data: for reports, for headers of files, and for OpenCV.
 
-use glam::{DMat4, DVec3, DVec4};
+use glam::{DMat4, DVec3, DVec4, Vec3};
 use manypass::{FrameRequest, View};
 use manypass_scene::{Projection, Scene};
 use serde::Serialize;
@@ -147,7 +147,7 @@ fn planes_m(projection: Projection) -> (f64, Option<f64>) {
 impl CameraData {
     /// The camera of the picture that `request` asks for.
     pub fn of(request: &FrameRequest) -> Self {
-        let camera = Self::new(&request.camera, request.width, request.height);
+        let camera = Self::from_origin(&request.camera, request.origin_m, request.width, request.height);
         let Some(fisheye) = FisheyeData::of(request) else { return camera };
         Self {
             kind: "fisheye",
@@ -162,8 +162,13 @@ impl CameraData {
 
     /// The camera of a picture of `width` × `height` pixels.
     pub fn new(view: &View, width: u32, height: u32) -> Self {
+        Self::from_origin(view, Vec3::ZERO, width, height)
+    }
+
+    /// The same in the space of a file, in which world space has its origin at `origin_m` ([`Scene::origin_m`]).
+    pub fn from_origin(view: &View, origin_m: Vec3, width: u32, height: u32) -> Self {
         let (width, height) = (width.max(1), height.max(1));
-        let world_from_view = view.world_from_view.as_dmat4();
+        let world_from_view = DMat4::from_translation(origin_m.as_dvec3()) * view.world_from_view.as_dmat4();
         let view_from_world = world_from_view.inverse();
         let camera_from_world = DMat4::from_scale(DVec3::new(1.0, -1.0, -1.0)) * view_from_world;
         let (pixel_from_camera, focal_px) = pixel_from_camera(view.projection, (width, height));
@@ -256,7 +261,7 @@ pub fn scene_cameras(scene: &Scene, width: u32, height: u32) -> Vec<SceneCamera>
             camera: place.map(|(_, world_from_view, _)| {
                 let projection = camera.projection_in(width as f32 / height.max(1) as f32);
                 let view = View { world_from_view: *world_from_view, projection };
-                CameraData::new(&view, width, height)
+                CameraData::from_origin(&view, scene.origin_m, width, height)
             }),
         }
     };
@@ -266,7 +271,7 @@ pub fn scene_cameras(scene: &Scene, width: u32, height: u32) -> Vec<SceneCamera>
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{Mat4, Quat, Vec3};
+    use glam::{Mat4, Quat};
 
     const EYE: Vec3 = Vec3::new(3.0, 4.0, 5.0);
 

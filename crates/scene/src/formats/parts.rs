@@ -4,7 +4,8 @@ use crate::colour::linear_from_srgb;
 use crate::gltf_file::{LoadError, Loaded, geometry};
 use crate::scenes::MAX_DRAWN_PRIMITIVES;
 use crate::tally::Tally;
-use crate::{Material, Mesh, Node, NodeId, Primitive, Scene};
+use crate::{Aabb, Material, Mesh, Node, NodeId, Primitive, Scene};
+use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
 use std::hash::Hash;
 
@@ -107,6 +108,15 @@ pub(super) fn by_material<K: Eq + Hash>(
         }
     }
     primitives.into_values().map(|(primitive, _)| primitive).collect()
+}
+
+/// The positions of a model as floats, from an origin that is given first: the middle of what lies away from the file's
+/// origin ([`Aabb::is_away`]), else that itself.
+pub(super) fn from_middle(places: Vec<[f64; 3]>) -> (Vec3, Vec<[f32; 3]>) {
+    let bounds = Aabb::from_points(places.iter().map(|place| DVec3::from(*place).as_vec3()));
+    let origin = if bounds.is_away() { bounds.center() } else { Vec3::ZERO };
+    let position = |place: [f64; 3]| (DVec3::from(place) - origin.as_dvec3()).as_vec3().to_array();
+    (origin, places.into_iter().map(position).collect())
 }
 
 /// Where Z points up, to where Y does.
