@@ -7,8 +7,8 @@ use glam::{Mat4, Vec3};
 /// high.
 const FAR_RADII: f32 = 10_000.0;
 
-/// A box whose middle lies so many of its half diagonals from the origin is drawn elsewhere: positions there are rounded
-/// to 1/100,000 of the half diagonal, of which nothing is seen yet.
+/// A box whose middle lies so many of its half diagonals from the origin is drawn elsewhere: positions there are
+/// rounded to 1/100,000 of the half diagonal, of which nothing is seen yet.
 const AWAY_RADII: f32 = 100.0;
 
 /// A number with three digits that stand for all.

@@ -1,7 +1,7 @@
 //! What stands in a room: pieces that are seen from its middle, do not touch its outside and are small beside it.
 //!
-//! A piece is what is connected: triangles of one node that have corners at the same places, as those of a chair. A vase
-//! is one piece. Sponza has 106 small ones that are seen from its middle: its columns, arches and curtains.
+//! A piece is what is connected: triangles of one node that have corners at the same places, as those of a chair. A
+//! vase is one piece. Sponza has 106 small ones that are seen from its middle: its columns, arches and curtains.
 
 use super::panorama::{Ray, solids, triangles};
 use crate::{Aabb, NodeId, Scene};

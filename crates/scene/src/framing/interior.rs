@@ -2,9 +2,9 @@
 //!
 //! Rays from the middle tell a room from a solid: they meet surfaces that are turned towards them, all around and
 //! below, where those of a helmet or a box meet the backs of what is to be seen from outside. A roof may be open, as
-//! that of Sponza's court. A vessel, such as a vase or a shoe, is turned inwards too, but it has an outside. What has an
-//! outside is a room only if it is furnished ([`furniture`](super::furniture)). Size tells nothing: most formats have
-//! no unit, and those that have one are often written in another.
+//! that of Sponza's court. A vessel, such as a vase or a shoe, is turned inwards too, but it has an outside. What has
+//! an outside is a room only if it is furnished ([`furniture`]). Size tells nothing: most formats have no unit, and
+//! those that have one are often written in another.
 
 use super::furniture;
 use super::panorama::{Panorama, Ray};
