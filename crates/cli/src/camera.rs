@@ -62,6 +62,18 @@ pub struct CameraSpec {
     pub turns: bool,
 }
 
+impl CameraSpec {
+    /// The same of a scene whose world has its origin at a point of the file's space, in which the camera is asked for.
+    pub fn from_origin(&self, origin_m: Vec3) -> Self {
+        let place = match self.place {
+            Place::Eye(eye) => Place::Eye(eye - origin_m),
+            Place::Posed { rotation, eye } => Place::Posed { rotation, eye: eye - origin_m },
+            _ => self.place.clone(),
+        };
+        Self { place, target: self.target.map(|target| target - origin_m), ..self.clone() }
+    }
+}
+
 /// The yaw and pitch that show a model without a camera.
 pub const DEFAULT_ORBIT: Place =
     Place::Orbit { yaw_deg: framing::DEFAULT_YAW_DEG, pitch_deg: framing::DEFAULT_PITCH_DEG, radius_m: None };
@@ -78,6 +90,7 @@ pub fn resolve(
     aspect: f32,
     turn_deg: f32,
 ) -> Result<(Mat4, Projection), Failure> {
+    let spec = &spec.from_origin(scene.origin_m);
     let place = match &spec.place {
         Place::Default if spec.turns => match turning_inside(spec, framing, turn_deg) {
             Some(inside) => return Ok(inside),

@@ -6,6 +6,7 @@ use crate::input::{Input, Opened};
 use crate::memory;
 use crate::scenes;
 use crate::session::{self, list};
+use glam::Vec3;
 use manypass::{Gpu, GpuError, ShadedIn, View};
 use manypass_offline::camera::{CameraData, scene_cameras};
 use manypass_offline::manifest;
@@ -81,8 +82,11 @@ pub fn adapters(as_json: bool) -> Result<(), Failure> {
 /// An input that cannot be read.
 pub fn info(argument: &OsStr, scene: Option<&str>, as_json: bool) -> Result<(), Failure> {
     let input = one(argument)?;
-    let Opened { scene: mut loaded, mut warnings, .. } = input.load()?;
+    let Opened { scene: mut loaded, mut warnings, stage } = input.load()?;
     scenes::show(&mut loaded, scene, &mut warnings)?;
+    // As `render` draws it.
+    let has_moved = stage.is_none() && loaded.bring_near();
+    warnings.extend(has_moved.then(|| loaded.bounds_of_meshes().far_warning()).flatten());
     let value = describe(&input.name(), &loaded, warnings)?;
     list(&if as_json { format!("{value:#}\n") } else { as_text(&value) })
 }
@@ -111,7 +115,8 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
     // As it is posed; what is drawn by boxes alone, such as a scene without vertices, has none.
     let bounds = if scene.bounds_world().is_empty() { Aabb::EMPTY } else { *framing.bounds_world() };
     warnings.extend(bounds.far_warning());
-    let bounds = (!bounds.is_empty()).then(|| json!({ "min": bounds.min.to_array(), "max": bounds.max.to_array() }));
+    let in_file = |place: Vec3| (place + scene.origin_m).to_array();
+    let bounds = (!bounds.is_empty()).then(|| json!({ "min": in_file(bounds.min), "max": in_file(bounds.max) }));
     Ok(json!({
         "input": name,
         "extensions": scene.extensions_used.iter().map(|name| json!({
@@ -154,7 +159,7 @@ fn automatic_camera(scene: &Scene, framing: &Framing) -> Result<CameraData, Fail
     let spec = CameraSpec { place, ..CameraSpec::default() };
     let aspect = width as f32 / height as f32;
     let (world_from_view, projection) = camera::resolve(&spec, scene, framing, aspect, 0.0)?;
-    Ok(CameraData::new(&View { world_from_view, projection }, width, height))
+    Ok(CameraData::from_origin(&View { world_from_view, projection }, scene.origin_m, width, height))
 }
 
 /// What people read of a camera.

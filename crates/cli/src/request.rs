@@ -151,6 +151,7 @@ pub fn request(args: &RenderArgs, job: &Job, settings: &Settings, camera: View, 
         averaging: if job.format == Format::Exr { Averaging::Radiance } else { Averaging::Display },
         want_aovs: job.aovs.iter().filter_map(|name| aov_named(name)).collect(),
         overlay: scene.overlay.clone(),
+        origin_m: scene.origin_m,
         // `exposure::expose` puts in what is metered once for all pictures of an input.
         ..FrameRequest::new(job.width, job.height, camera)
     }

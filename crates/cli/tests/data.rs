@@ -47,6 +47,33 @@ fn row_times(p: [f64; 3], matrix: &[f32; 16]) -> [f64; 3] {
 }
 
 #[test]
+fn cameras_and_positions_far_from_the_origin_are_those_of_the_file() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("data-far");
+    let offset = [432_100.0, 200.0, -5_512_345.0];
+    let drawn = |name: &str, [x, y, z]: [f64; 3]| {
+        let corner = |[u, v]: [f64; 2]| format!("v {} {} {z}\n", x + u, y + v);
+        let corners = [[-2.0, -2.0], [2.0, -2.0], [2.0, 2.0], [-2.0, 2.0]].map(corner).concat();
+        folder.write(&format!("{name}.obj"), (corners + "f 1 2 3 4\n").as_bytes());
+        let (eye, target) = (format!("--eye={x},{y},{}", z + 10.0), format!("--target={x},{y},{z}"));
+        let (input, output) = (format!("{name}.obj"), format!("{name}.exr"));
+        let args = ["render", &input, "-o", &output, "--aov", "position", "--size", "32x32", "--samples", "1"];
+        run_in(&folder, &[&args[..], &["--ground", "none", "--report", "r.json", &eye, &target]].concat()).expect(0);
+        (values(&opened(&folder.join(&output)), "position"), report(&folder)["camera"]["eye_world_m"].clone())
+    };
+    let (near, _) = drawn("near", [0.0; 3]);
+    let (far, eye) = drawn("far", offset);
+    assert_eq!(eye, json!([offset[0], offset[1], offset[2] + 10.0]));
+    // Floats are 1/32 m apart there in x.
+    let is_same = |at: &usize| (far["X"][*at] - near["X"][*at] - offset[0]).abs() < 0.016;
+    let inside: Vec<usize> = (0..32 * 32).filter(|at| far["Z"][*at] == offset[2]).collect();
+    assert!(inside.len() > 100 && inside.iter().all(is_same), "{}", inside.len());
+    assert!((0..32 * 32).all(|at| inside.contains(&at) || far["Z"][at] == 0.0), "the background has no place");
+}
+
+#[test]
 fn cameras_of_headers_and_report_see_positions_at_their_pixels() {
     if !has_adapter() {
         return;

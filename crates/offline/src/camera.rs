@@ -1,6 +1,10 @@
 //! A picture's camera as data: for reports, for headers of files, and for OpenCV.
 
+<<<<<<< HEAD
 use glam::{DMat4, DVec3, DVec4, Mat4};
+=======
+use glam::{DMat4, DVec3, DVec4, Vec3};
+>>>>>>> wt-frame
 use manypass::{FrameRequest, View};
 use manypass_scene::{Projection, Scene};
 use serde::Serialize;
@@ -148,7 +152,7 @@ fn planes_m(projection: Projection) -> (f64, Option<f64>) {
 impl CameraData {
     /// The camera of the picture that `request` asks for.
     pub fn of(request: &FrameRequest) -> Self {
-        let camera = Self::new(&request.camera, request.width, request.height);
+        let camera = Self::from_origin(&request.camera, request.origin_m, request.width, request.height);
         let Some(fisheye) = FisheyeData::of(request) else { return camera };
         Self {
             kind: "fisheye",
@@ -163,8 +167,13 @@ impl CameraData {
 
     /// The camera of a picture of `width` × `height` pixels.
     pub fn new(view: &View, width: u32, height: u32) -> Self {
+        Self::from_origin(view, Vec3::ZERO, width, height)
+    }
+
+    /// The same in the space of a file, in which world space has its origin at `origin_m` ([`Scene::origin_m`]).
+    pub fn from_origin(view: &View, origin_m: Vec3, width: u32, height: u32) -> Self {
         let (width, height) = (width.max(1), height.max(1));
-        let world_from_view = view.world_from_view.as_dmat4();
+        let world_from_view = DMat4::from_translation(origin_m.as_dvec3()) * view.world_from_view.as_dmat4();
         let view_from_world = world_from_view.inverse();
         let camera_from_world = DMat4::from_scale(DVec3::new(1.0, -1.0, -1.0)) * view_from_world;
         let (pixel_from_camera, focal_px) = pixel_from_camera(view.projection, (width, height));
@@ -247,6 +256,7 @@ pub struct SceneCamera {
 
 /// The cameras of a scene, in a picture of `width` × `height` pixels, as of the last update of its transforms.
 pub fn scene_cameras(scene: &Scene, width: u32, height: u32) -> Vec<SceneCamera> {
+<<<<<<< HEAD
     let places: HashMap<usize, Mat4> =
         scene.placed_cameras().into_iter().map(|(index, world_from_view, _)| (index, world_from_view)).collect();
     let mut nodes = HashMap::new();
@@ -262,6 +272,21 @@ pub fn scene_cameras(scene: &Scene, width: u32, height: u32) -> Vec<SceneCamera>
             let view = View { world_from_view: *world_from_view, projection };
             CameraData::new(&view, width, height)
         }),
+=======
+    let placed = scene.placed_cameras();
+    let camera = |(index, camera): (usize, &manypass_scene::Camera)| {
+        let place = placed.iter().find(|(placed, ..)| *placed == index);
+        SceneCamera {
+            index,
+            name: camera.name.clone(),
+            node: scene.nodes.iter().position(|node| node.camera == Some(index)),
+            camera: place.map(|(_, world_from_view, _)| {
+                let projection = camera.projection_in(width as f32 / height.max(1) as f32);
+                let view = View { world_from_view: *world_from_view, projection };
+                CameraData::from_origin(&view, scene.origin_m, width, height)
+            }),
+        }
+>>>>>>> wt-frame
     };
     scene.cameras.iter().enumerate().map(camera).collect()
 }
@@ -269,7 +294,11 @@ pub fn scene_cameras(scene: &Scene, width: u32, height: u32) -> Vec<SceneCamera>
 #[cfg(test)]
 mod tests {
     use super::*;
+<<<<<<< HEAD
     use glam::{Quat, Vec3};
+=======
+    use glam::{Mat4, Quat};
+>>>>>>> wt-frame
 
     const EYE: Vec3 = Vec3::new(3.0, 4.0, 5.0);
 

@@ -19,7 +19,7 @@ use crate::settings::{Settings, Switch};
 use crate::shadows::Dealing;
 use crate::transparency::TransparencyMode;
 use crate::view::View;
-use glam::Vec4;
+use glam::{Vec3, Vec4};
 use manypass_scene::capture::LAYERS_ALL;
 use manypass_scene::{Framing, Overlay, Scene};
 use std::cell::LazyCell;
@@ -34,6 +34,9 @@ pub struct FrameRequest {
     pub height: u32,
     /// From where the scene is seen.
     pub camera: View,
+    /// Where world space has its origin in the space of the file ([`Scene::origin_m`]): positions that are read are told
+    /// in the file's space, rounded to floats there.
+    pub origin_m: Vec3,
     /// What lies on the negative side of this plane (x, y, z, w with `x·X + y·Y + z·Z + w < 0` in world space) is not
     /// drawn: what is behind a mirror, or before a portal. The plane must not lead through the eye.
     pub clip_plane_world: Option<Vec4>,
@@ -324,6 +327,7 @@ impl FrameRequest {
             width,
             height,
             camera,
+            origin_m: Vec3::ZERO,
             clip_plane_world: None,
             layers: LAYERS_ALL,
             ground_height_m: None,

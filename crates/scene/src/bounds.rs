@@ -7,6 +7,10 @@ use glam::{Mat4, Vec3};
 /// high.
 const FAR_RADII: f32 = 10_000.0;
 
+/// A box whose middle lies so many of its half diagonals from the origin is drawn elsewhere: positions there are
+/// rounded to 1/100,000 of the half diagonal, of which nothing is seen yet.
+const AWAY_RADII: f32 = 100.0;
+
 /// A number with three digits that stand for all.
 fn rounded(value: f32) -> f64 {
     format!("{value:.2e}").parse().unwrap_or_default()
@@ -51,6 +55,13 @@ impl Aabb {
     /// Half the diagonal in metres; 0 if the box is empty.
     pub fn radius_m(&self) -> f32 {
         if self.is_empty() { 0.0 } else { 0.5 * (self.max - self.min).length() }
+    }
+
+    /// Whether the box lies so far from the origin for its size that what is in it is better told from its middle.
+    pub fn is_away(&self) -> bool {
+        let distance_m = self.center().length();
+        // A point loses nothing.
+        self.radius_m() > 0.0 && distance_m.is_finite() && distance_m > AWAY_RADII * self.radius_m()
     }
 
     /// What is said of a box so far from the origin that the rounding of its positions, which are 32-bit floats, shows

@@ -5,6 +5,7 @@
 //! that turns, so that one place does for every angle. What encloses its middle is seen from inside ([`Interior`]).
 
 mod fit;
+mod furniture;
 mod interior;
 mod outer;
 mod panorama;

@@ -29,6 +29,7 @@ pub mod levels;
 pub mod light;
 pub mod material;
 pub mod mesh;
+mod near;
 pub mod node;
 pub mod overlay;
 pub mod particles;

@@ -178,6 +178,9 @@ pub struct Scene {
     pub nodes: Vec<Node>,
     /// The nodes without a parent that are drawn.
     pub roots: Vec<NodeId>,
+    /// Where world space has its origin in the space of the file: what lies far from the origin is drawn near it
+    /// ([`Scene::bring_near`]).
+    pub origin_m: Vec3,
     /// The scenes of the file, of which `roots` are one; empty if it has none.
     pub scenes: Vec<SceneRoots>,
     /// Index into `scenes` of the one that is shown; see [`Scene::show_scene`].
@@ -348,7 +351,8 @@ impl Scene {
             if node.stands_still() && !is_carried {
                 continue;
             }
-            let world_from_parent = node.parent.map_or(Mat4::IDENTITY, |parent| self.node(parent).world_from_object);
+            let of_parent = |parent: NodeId| self.node(parent).world_from_object;
+            let world_from_parent = node.parent.map_or(Mat4::from_translation(Vec3::ZERO - self.origin_m), of_parent);
             let world_from_object = world_from_parent * node.local_matrix();
             self.node_mut(*id).world_from_object = world_from_object;
             has_moved[id.0 as usize] = true;

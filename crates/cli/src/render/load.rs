@@ -73,12 +73,16 @@ impl Batch<'_> {
             .map(|_| input_files(&item.input, &surroundings::files(&self.settings)))
             .unwrap_or_default();
         scenes::show(&mut scene, self.args.frame.scene.as_deref(), &mut warnings)?;
+        // A stage places lights and more in the space of its models.
+        let has_moved = stage.is_none() && scene.bring_near();
         let (frame, job) = (&self.args.frame, self.job);
         let mut looks = looks::of_scene(&scene, frame, &job.look.camera, &job.views.cameras, &mut warnings)?;
         scene.variant = looks.first().and_then(|look| look.variant);
         memory::check_scene(&scene, &self.renderer.gpu().adapter)?;
         let framing = shot::framing(&mut scene, self.args)?;
-        warnings.extend(framing.bounds_world().far_warning());
+        // What was moved is as fine as the numbers of its meshes.
+        let bounds = if has_moved { scene.bounds_of_meshes() } else { *framing.bounds_world() };
+        warnings.extend(bounds.far_warning());
         phases.load = ms_since(start);
         let start = Instant::now();
         self.renderer.limit_textures(self.settings.textures.max_px);

@@ -154,7 +154,7 @@ impl Batch<'_> {
         request.adaptation = adaptation(args, is_first);
         let lens = &mut request.settings.camera;
         if lens.f_stop > 0.0 && lens.focus_m == 0.0 {
-            lens.focus_m = focus_m(framing, look, &camera);
+            lens.focus_m = focus_m(scene, framing, look, &camera);
         }
         let compiled_ms = self.renderer.compile_ms();
         if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {

@@ -5,6 +5,7 @@ use crate::gbuffer::ViewOutputs;
 use crate::gpu::{Gpu, readback};
 use crate::request::RenderError;
 use crate::view::ViewUniform;
+use glam::Vec3;
 use manypass_graph::{Export, Graph, Run};
 use std::ops::Range;
 
@@ -34,17 +35,19 @@ impl AovExports {
         }
     }
 
-    /// What [`Self::new`] exported, out of `run`; none on the forward path. `view` is the view whose targets they are.
+    /// What [`Self::new`] exported, out of `run`; none on the forward path. `view` is the view whose targets they are,
+    /// and `origin_m` is added to positions.
     ///
     /// # Errors
     /// An exported texture is not there.
-    pub fn textures(&self, run: &Run, view: ViewUniform) -> Result<Option<AovTextures>, RenderError> {
+    pub fn textures(&self, run: &Run, view: ViewUniform, origin_m: Vec3) -> Result<Option<AovTextures>, RenderError> {
         let Some([base_color, normal, material, linear_depth]) = self.gbuffer else { return Ok(None) };
         let exported = |export: Export| {
             run.exported(export).cloned().ok_or(RenderError::Missing("an exported texture is missing"))
         };
         Ok(Some(AovTextures {
             view,
+            origin_m,
             base_color: exported(base_color)?,
             normal: exported(normal)?,
             material: exported(material)?,
@@ -61,6 +64,7 @@ impl AovExports {
 #[derive(Debug)]
 pub(crate) struct AovTextures {
     view: ViewUniform,
+    origin_m: Vec3,
     base_color: wgpu::Texture,
     normal: wgpu::Texture,
     material: wgpu::Texture,
@@ -86,7 +90,7 @@ impl AovTextures {
     pub async fn read(&self, gpu: &Gpu, aov: Aov, rows: Range<u32>) -> Result<Option<AovPixels>, RenderError> {
         let height = self.linear_depth.height();
         let rows = rows.start.min(height)..rows.end.min(height);
-        let mut pixels = GbufferPixels::of_rows(self.view, rows.clone());
+        let mut pixels = GbufferPixels::of_rows(self.view, self.origin_m, rows.clone());
         let read = async |texture: &wgpu::Texture| readback::read_rows(gpu, texture, rows.clone()).await;
         match aov {
             Aov::BaseColor | Aov::Occlusion => pixels.base_color = read(&self.base_color).await?,

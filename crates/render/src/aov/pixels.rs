@@ -14,6 +14,8 @@ use std::ops::Range;
 #[derive(Clone, Debug)]
 pub(crate) struct GbufferPixels {
     pub view: ViewUniform,
+    /// What is added to positions in world space.
+    pub origin_m: Vec3,
     /// The rows of the picture.
     pub rows: Range<u32>,
     pub base_color: Vec<u8>,
@@ -32,10 +34,11 @@ pub(crate) struct GbufferPixels {
 
 impl GbufferPixels {
     /// No pixels yet, of some rows of the picture.
-    pub fn of_rows(view: ViewUniform, rows: Range<u32>) -> Self {
+    pub fn of_rows(view: ViewUniform, origin_m: Vec3, rows: Range<u32>) -> Self {
         let nothing = Vec::new;
         Self {
             view,
+            origin_m,
             rows,
             base_color: nothing(),
             normal: nothing(),
@@ -135,7 +138,7 @@ impl GbufferPixels {
         let ndc = Vec2::new(uv.x * 2.0 - 1.0, 1.0 - uv.y * 2.0);
         let plane = (ndc - self.view.jitter_ndc) * self.view.view_from_ndc_scale;
         let plane = if self.view.orthographic > 0.5 { plane } else { plane * distance };
-        self.view.world_from_view.transform_point3(plane.extend(-distance))
+        self.view.world_from_view.transform_point3(plane.extend(-distance)) + self.origin_m
     }
 }
 

@@ -429,7 +429,7 @@ fn keep(
             state.adapted = recorded.adapted.and_then(|adapted| run.exported(adapted).cloned());
         }
         if asked.wants_variables && purpose.has_variables() {
-            state.aovs = recorded.variables.textures(run, ready.variables_uniform)?;
+            state.aovs = recorded.variables.textures(run, ready.variables_uniform, asked.request.origin_m)?;
         }
     }
     Ok(())

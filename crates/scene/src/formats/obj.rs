@@ -4,7 +4,7 @@
 //! positions, as scanners write them.
 
 use super::image_files::ImageFiles;
-use super::parts::{Parts, by_material, linear, plain_material};
+use super::parts::{Parts, by_material, from_middle, linear, plain_material};
 use super::smooth::{Smoothed, Smoothing, smooth};
 use super::text::{self, Line, at_line};
 use super::{mtl, polygon};
@@ -89,7 +89,12 @@ struct Part {
 
 #[derive(Default)]
 struct File {
+    /// Positions as they are read.
+    places: Vec<[f64; 3]>,
+    /// Positions from `origin` on, once all are read.
     positions: Vec<[f32; 3]>,
+    /// The middle of what lies away from the origin of the file.
+    origin: Vec3,
     /// As many as positions, if any has one.
     colors: Vec<[f32; 4]>,
     uvs: Vec<[f32; 2]>,
@@ -156,7 +161,8 @@ pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadEr
         let mut primitives = triangles(&file, part, &materials, &mut parts.warnings)?;
         primitives.extend(others(&file, part, &materials)?);
         if !primitives.is_empty() {
-            parts.add(&part.name, primitives);
+            let node = parts.add(&part.name, primitives);
+            parts.scene.node_mut(node).translation = file.origin;
         }
     }
     parts.finish()
@@ -231,6 +237,7 @@ fn read(bytes: &[u8]) -> Result<File, LoadError> {
         }
     }
     file.settle_colors();
+    (file.origin, file.positions) = from_middle(std::mem::take(&mut file.places));
     Ok(file)
 }
 
@@ -254,11 +261,11 @@ impl File {
     }
 
     fn add_vertex<'w>(&mut self, words: &mut impl Iterator<Item = &'w [u8]>, line: u32) -> Result<(), LoadError> {
-        self.positions.push(text::vector(words, line)?);
+        self.places.push(text::place(words, line)?);
         // One number more is the weight of curves, which are not read; three are a colour.
         let rest: Vec<f32> = words.take(4).map_while(text::number).collect();
         if let [r, g, b, ..] = rest[..] {
-            self.colors.resize(self.positions.len() - 1, NO_COLOR);
+            self.colors.resize(self.places.len() - 1, NO_COLOR);
             self.colors.push([r, g, b, 1.0]);
         } else if !self.colors.is_empty() {
             self.colors.push(NO_COLOR);
@@ -306,7 +313,7 @@ impl File {
         material: usize,
         (rest, line): (&[u8], u32),
     ) -> Result<(), LoadError> {
-        let counts = [self.positions.len(), self.uvs.len(), self.normals.len()];
+        let counts = [self.places.len(), self.uvs.len(), self.normals.len()];
         let Some(part) = self.parts.get_mut(part) else { return Ok(()) };
         let start = part.corners.len();
         for word in text::words_before_comment(rest) {

@@ -4,8 +4,8 @@ use crate::colour::linear_from_srgb;
 use crate::gltf_file::{LoadError, Loaded, geometry};
 use crate::scenes::MAX_DRAWN_PRIMITIVES;
 use crate::tally::Tally;
-use crate::{Material, Mesh, Node, NodeId, Primitive, Scene};
-use glam::Vec3;
+use crate::{Aabb, Material, Mesh, Node, NodeId, Primitive, Scene};
+use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
 use std::hash::Hash;
 
@@ -16,12 +16,16 @@ pub(super) struct Parts {
     pub(super) warnings: Tally,
 }
 
-/// The surface of what has no material: a light grey without gloss, and white below colours of vertices. It has two
-/// sides, because these formats do not say which faces are seen, and their winding is often wrong.
+/// The colour of what has none: a cool grey that is darker than the studio's backdrop in its light and in its shade. A
+/// grey of 0.6 has the backdrop's own levels on the sides that face a camera.
+pub(super) const NO_COLOR_LINEAR: [f32; 4] = [0.27, 0.30, 0.33, 1.0];
+
+/// The surface of what has no material: a grey without gloss, and white below colours of vertices. It has two sides,
+/// because these formats do not say which faces are seen, and their winding is often wrong.
 pub(super) fn plain_material(has_colors: bool) -> Material {
-    let grey_linear = if has_colors { 1.0 } else { 0.6 };
+    let color_linear = if has_colors { [1.0; 4] } else { NO_COLOR_LINEAR };
     Material {
-        base_color_factor: Vec3::splat(grey_linear).extend(1.0),
+        base_color_factor: color_linear.into(),
         metallic_factor: 0.0,
         roughness_factor: 0.6,
         double_sided: true,
@@ -104,6 +108,15 @@ pub(super) fn by_material<K: Eq + Hash>(
         }
     }
     primitives.into_values().map(|(primitive, _)| primitive).collect()
+}
+
+/// The positions of a model as floats, from an origin that is given first: the middle of what lies away from the file's
+/// origin ([`Aabb::is_away`]), else that itself.
+pub(super) fn from_middle(places: Vec<[f64; 3]>) -> (Vec3, Vec<[f32; 3]>) {
+    let bounds = Aabb::from_points(places.iter().map(|place| DVec3::from(*place).as_vec3()));
+    let origin = if bounds.is_away() { bounds.center() } else { Vec3::ZERO };
+    let position = |place: [f64; 3]| (DVec3::from(place) - origin.as_dvec3()).as_vec3().to_array();
+    (origin, places.into_iter().map(position).collect())
 }
 
 /// Where Z points up, to where Y does.

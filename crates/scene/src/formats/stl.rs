@@ -3,7 +3,7 @@
 //! Corners at one place are joined, so that normals can be smooth; those in the file are not used, since they are flat
 //! and often wrong. Z points up, as on the machines that print such files.
 
-use super::parts::{Parts, linear, plain_material, y_up};
+use super::parts::{NO_COLOR_LINEAR, Parts, linear, plain_material, y_up};
 use super::smooth::{Smoothing, smooth};
 use super::text::{self, Line, at_line};
 use crate::Primitive;
@@ -13,8 +13,6 @@ use std::collections::HashMap;
 
 const HEADER_BYTES: usize = 84;
 const TRIANGLE_BYTES: usize = 50;
-/// The light of a triangle that has no colour where others have some: the grey of surfaces without a material.
-const NO_COLOR: [f32; 4] = [0.6, 0.6, 0.6, 1.0];
 
 /// How long a file of bytes is that begins so.
 pub(super) fn binary_bytes(start: &[u8]) -> Option<u64> {
@@ -119,7 +117,7 @@ pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
 fn color_triangles(primitive: &mut Primitive, colors: &[[f32; 4]]) {
     let (mut source, mut known) = (Vec::new(), HashMap::new());
     for (corner, index) in primitive.indices.iter_mut().enumerate() {
-        let color = colors.get(corner / 3).copied().unwrap_or(NO_COLOR);
+        let color = colors.get(corner / 3).copied().unwrap_or(NO_COLOR_LINEAR);
         *index = *known.entry((*index, color.map(f32::to_bits))).or_insert_with(|| {
             source.push(*index as usize);
             primitive.colors.push(color);
@@ -169,12 +167,12 @@ fn read_binary(bytes: &[u8], parts: &mut Parts) -> Result<Solid, LoadError> {
         }
         let word = record.get(48..50).and_then(|bytes| bytes.try_into().ok()).map_or(0, u16::from_le_bytes);
         if let Some(color) = colors.of_triangle(word) {
-            solid.colors.resize(i, NO_COLOR);
+            solid.colors.resize(i, NO_COLOR_LINEAR);
             solid.colors.push(linear(color));
         }
     }
     if !solid.colors.is_empty() {
-        solid.colors.resize(solid.indices.len() / 3, NO_COLOR);
+        solid.colors.resize(solid.indices.len() / 3, NO_COLOR_LINEAR);
     }
     Ok(solid)
 }

@@ -75,6 +75,12 @@ pub(super) fn number(word: &[u8]) -> Option<f32> {
     std::str::from_utf8(word).ok()?.parse().ok().filter(|number: &f32| number.is_finite())
 }
 
+/// A finite number with all digits that doubles have, for places far from the origin.
+fn exact_number(word: &[u8]) -> Option<f64> {
+    let number: f64 = std::str::from_utf8(word).ok()?.parse().ok()?;
+    (number as f32).is_finite().then_some(number)
+}
+
 /// Text for messages and names: UTF-8, or else one letter a byte, as Latin-1 has it.
 pub(super) fn name(bytes: &[u8]) -> String {
     let as_latin_1 = || bytes.iter().map(|byte| char::from(*byte)).collect();
@@ -110,7 +116,23 @@ pub(super) fn vector<'w, const N: usize>(
     words: &mut impl Iterator<Item = &'w [u8]>,
     line: u32,
 ) -> Result<[f32; N], LoadError> {
-    let mut vector = [0.0; N];
+    values(words, line, number)
+}
+
+/// As [`vector`], a place.
+///
+/// # Errors
+/// As [`vector`].
+pub(super) fn place<'w>(words: &mut impl Iterator<Item = &'w [u8]>, line: u32) -> Result<[f64; 3], LoadError> {
+    values(words, line, exact_number)
+}
+
+fn values<'w, T: Copy + Default, const N: usize>(
+    words: &mut impl Iterator<Item = &'w [u8]>,
+    line: u32,
+    number: fn(&[u8]) -> Option<T>,
+) -> Result<[T; N], LoadError> {
+    let mut vector = [T::default(); N];
     for value in &mut vector {
         let word = words.next().ok_or_else(|| at_line(line, format!("expected {N} numbers, found fewer")))?;
         *value = number(word)

@@ -2,9 +2,11 @@
 //!
 //! Rays from the middle tell a room from a solid: they meet surfaces that are turned towards them, all around and
 //! below, where those of a helmet or a box meet the backs of what is to be seen from outside. A roof may be open, as
-//! that of Sponza's court. A vessel, such as a shoe, is turned inwards too, but it has an outside, and it is smaller
-//! than a room.
+//! that of Sponza's court. A vessel, such as a vase or a shoe, is turned inwards too, but it has an outside. What has
+//! an outside is a room only if it is furnished ([`furniture`]). Size tells nothing: most formats have no unit, and
+//! those that have one are often written in another.
 
+use super::furniture;
 use super::panorama::{Panorama, Ray};
 use crate::{Aabb, Mesh, Primitive, Projection, Scene};
 use glam::{Mat3, Mat4, Vec3};
@@ -24,9 +26,6 @@ const STEEPEST_WALL: f32 = 0.5;
 
 /// The share of walls and floor that is to be turned inwards. Sponza: 0.99; a shoe, seen from its insole: 0.95.
 const LEAST_TURNED_IN: f32 = 0.97;
-
-/// A room that has an outside is at least so high; glTF's unit is the metre.
-const LEAST_HEIGHT_M: f32 = 2.0;
 
 /// The height of a person's eye.
 const EYE_HEIGHT_M: f32 = 1.6;
@@ -50,8 +49,10 @@ impl Interior {
         }
         let middle = bounds.center();
         let panorama = Panorama::new(scene, middle);
-        let height_m = bounds.max.y - bounds.min.y;
-        is_room(panorama.rays(), height_m, bounds.radius_m()).then(|| Self::looking_along(scene, &bounds, &panorama))
+        let rays = panorama.rays();
+        let is_room =
+            encloses(rays, bounds.radius_m()) && (!has_outside(rays) || furniture::is_furnished(scene, &bounds, rays));
+        is_room.then(|| Self::looking_along(scene, &bounds, &panorama))
     }
 
     fn looking_along(scene: &Scene, bounds: &Aabb, from_middle: &Panorama) -> Self {
@@ -94,23 +95,28 @@ fn indices_drawn(scene: &Scene) -> usize {
     nodes.fold(0, |sum, count| sum.saturating_add(*count))
 }
 
-/// Whether rays from the middle of a scene so large are those of a room.
-fn is_room(rays: &[Ray], height_m: f32, radius_m: f32) -> bool {
-    // The share of rays by solid angle.
-    let share = |is_asked: &dyn Fn(&Ray) -> bool, is_counted: &dyn Fn(&Ray) -> bool| {
-        let sum =
-            |is: &dyn Fn(&Ray) -> bool| rays.iter().filter(|ray| is(ray)).map(|ray| ray.solid_angle_sr).sum::<f32>();
-        sum(&|ray| is_asked(ray) && is_counted(ray)) / sum(is_asked).max(f32::MIN_POSITIVE)
-    };
+/// The share of those rays that are asked, by solid angle, that are counted.
+fn share(rays: &[Ray], is_asked: impl Fn(&Ray) -> bool, is_counted: impl Fn(&Ray) -> bool) -> f32 {
+    let sum =
+        |is: &dyn Fn(&Ray) -> bool| -> f32 { rays.iter().filter(|ray| is(ray)).map(|ray| ray.solid_angle_sr).sum() };
+    sum(&|ray| is_asked(ray) && is_counted(ray)) / sum(&is_asked).max(f32::MIN_POSITIVE)
+}
+
+/// Whether rays from the middle of a scene of that radius meet walls and a floor that are turned towards them, and not
+/// nearby.
+fn encloses(rays: &[Ray], radius_m: f32) -> bool {
     let is_wall = |ray: &Ray| ray.direction_world.y.abs() < STEEPEST_WALL;
     let is_floor = |ray: &Ray| ray.direction_world.y < -STEEPEST_WALL;
     let is_turned_in = |ray: &Ray| ray.is_faced;
-    let encloses =
-        share(&is_wall, &is_turned_in) >= LEAST_TURNED_IN && share(&is_floor, &is_turned_in) >= LEAST_TURNED_IN;
     // There is room where at most half of the rays end nearby.
-    let has_room = share(&|_| true, &|ray| ray.distance_m < 0.1 * radius_m) < 0.5;
-    let has_outside = share(&|_| true, &|ray| ray.last_is_back) > 0.5;
-    encloses && has_room && (!has_outside || height_m >= LEAST_HEIGHT_M)
+    share(rays, is_wall, is_turned_in) >= LEAST_TURNED_IN
+        && share(rays, is_floor, is_turned_in) >= LEAST_TURNED_IN
+        && share(rays, |_| true, |ray| ray.distance_m < 0.1 * radius_m) < 0.5
+}
+
+/// Whether what rays from the middle leave a scene through is to be seen from outside.
+fn has_outside(rays: &[Ray]) -> bool {
+    share(rays, |_| true, |ray| ray.last_is_back) > 0.5
 }
 
 /// How far one can go in a direction: as far as three quarters of the rays within 12° do.

@@ -1,6 +1,6 @@
 //! What rays from one point meet: a cube of 16 × 16 rays a side, into which every triangle is drawn.
 
-use crate::{AlphaMode, Node, Primitive, Scene, Topology};
+use crate::{AlphaMode, Node, NodeId, Primitive, Scene, Topology};
 use glam::{Mat3, Vec2, Vec3, Vec3Swizzles};
 
 /// Rays along an edge of the cube.
@@ -17,10 +17,14 @@ pub(super) struct Ray {
     pub distance_m: f32,
     /// Whether the first surface faces the point.
     pub is_faced: bool,
+    /// A vertex of the first surface: how many come before it among those of [`solids`].
+    pub first_vertex: Option<usize>,
     /// To the last surface; 0 where there is none.
     pub last_m: f32,
     /// Whether the last surface shows its back to the point, as a solid's outside does.
     pub last_is_back: bool,
+    /// A vertex of the last surface, counted as that of the first.
+    pub last_vertex: Option<usize>,
 }
 
 /// All rays from one point.
@@ -28,6 +32,17 @@ pub(super) struct Panorama {
     rays: Vec<Ray>,
     /// The directions before they were brought to length 1: their largest component is 1.
     directions: Vec<Vec3>,
+}
+
+/// A triangle as a point sees it.
+struct Triangle {
+    /// Relative to the point.
+    corners: [Vec3; 3],
+    /// Six times the volume between it and the point; its sign is that of the winding.
+    volume: f32,
+    is_front: bool,
+    /// One of its vertices, counted as [`Ray::first_vertex`].
+    vertex: usize,
 }
 
 /// A corner of a triangle.
@@ -49,16 +64,16 @@ impl Panorama {
             solid_angle_sr: (4.0 / (SIDE * SIDE) as f32) / direction.length().powi(3),
             distance_m: f32::INFINITY,
             is_faced: false,
+            first_vertex: None,
             last_m: 0.0,
             last_is_back: false,
+            last_vertex: None,
         };
         let mut panorama = Self { rays: directions.iter().map(ray).collect(), directions };
-        for id in scene.visible_nodes() {
-            let node = scene.node(id);
-            let Some(mesh) = node.mesh.and_then(|mesh| scene.meshes.get(mesh)) else { continue };
-            for primitive in mesh.primitives.iter().filter(|primitive| is_solid(scene, node, primitive)) {
-                panorama.draw_primitive(scene, node, primitive, eye_world);
-            }
+        let mut vertices_before = 0;
+        for (id, primitive) in solids(scene) {
+            panorama.draw_primitive(scene, scene.node(id), primitive, eye_world, vertices_before);
+            vertices_before += primitive.positions.len();
         }
         panorama
     }
@@ -67,7 +82,14 @@ impl Panorama {
         &self.rays
     }
 
-    fn draw_primitive(&mut self, scene: &Scene, node: &Node, primitive: &Primitive, eye_world: Vec3) {
+    fn draw_primitive(
+        &mut self,
+        scene: &Scene,
+        node: &Node,
+        primitive: &Primitive,
+        eye_world: Vec3,
+        vertices_before: usize,
+    ) {
         let world_from_object = node.world_from_object;
         let corner = |position: &[f32; 3]| {
             let place = world_from_object.transform_point3(Vec3::from(*position)) - eye_world;
@@ -93,7 +115,7 @@ impl Panorama {
             }
             _ => (volume < 0.0) != is_mirrored,
         };
-        let mut draw = |indices: [usize; 3]| {
+        let draw = |indices: [usize; 3]| {
             let [Some(a), Some(b), Some(c)] = indices.map(|index| corners.get(index)) else { return };
             let triangle = [a.place, b.place, c.place];
             let is_on_one_face = a.face == b.face && a.face == c.face;
@@ -103,18 +125,15 @@ impl Panorama {
             }
             let volume = triangle[0].dot(triangle[1].cross(triangle[2]));
             let is_front = is_front(indices, &triangle, volume);
+            let triangle = Triangle { corners: triangle, volume, is_front, vertex: vertices_before + indices[0] };
             let faces = if is_on_one_face { a.face..a.face + 1 } else { 0..6 };
-            faces.for_each(|face| self.draw_on_face(&triangle, face, volume, is_front));
+            faces.for_each(|face| self.draw_on_face(&triangle, face));
         };
-        if primitive.indices.is_empty() {
-            (0..primitive.positions.len() / 3).for_each(|i| draw([3 * i, 3 * i + 1, 3 * i + 2]));
-        } else {
-            primitive.indices.as_chunks().0.iter().for_each(|triangle: &[u32; 3]| draw(triangle.map(|i| i as usize)));
-        }
+        triangles(primitive).for_each(draw);
     }
 
-    fn draw_on_face(&mut self, triangle: &[Vec3; 3], face: usize, volume: f32, is_front: bool) {
-        let corners = triangle.map(|corner| on_face(corner, face));
+    fn draw_on_face(&mut self, triangle: &Triangle, face: usize) {
+        let corners = triangle.corners.map(|corner| on_face(corner, face));
         let all = |is_outside: fn(Vec3) -> bool| corners.into_iter().all(is_outside);
         if all(|p| p.x <= 0.0) || all(|p| p.y > p.x) || all(|p| p.y < -p.x) || all(|p| p.z > p.x) || all(|p| p.z < -p.x)
         {
@@ -126,17 +145,18 @@ impl Panorama {
         } else {
             (0..SIDE, 0..SIDE)
         };
-        let [a, b, c] = *triangle;
+        let [a, b, c] = triangle.corners;
         let edges = [b.cross(c), c.cross(a), a.cross(b)];
         for row in rows {
             for column in columns.clone() {
-                self.meet((face * SIDE + row) * SIDE + column, &edges, volume, is_front);
+                self.meet((face * SIDE + row) * SIDE + column, &edges, triangle);
             }
         }
     }
 
     /// A ray meets a triangle where it is a sum of the corners with no negative weight; those are triple products.
-    fn meet(&mut self, index: usize, edges: &[Vec3; 3], volume: f32, is_front: bool) {
+    fn meet(&mut self, index: usize, edges: &[Vec3; 3], triangle: &Triangle) {
+        let Triangle { volume, is_front, vertex, .. } = *triangle;
         let (Some(ray), Some(direction)) = (self.rays.get_mut(index), self.directions.get(index)) else { return };
         let weights = edges.map(|edge| direction.dot(edge) * volume.signum());
         let sum = weights[0] + weights[1] + weights[2];
@@ -145,12 +165,32 @@ impl Panorama {
         }
         let distance_m = volume.abs() / sum * direction.length();
         if distance_m < ray.distance_m {
-            (ray.distance_m, ray.is_faced) = (distance_m, is_front);
+            (ray.distance_m, ray.is_faced, ray.first_vertex) = (distance_m, is_front, Some(vertex));
         }
         if distance_m > ray.last_m && distance_m.is_finite() {
-            (ray.last_m, ray.last_is_back) = (distance_m, !is_front);
+            (ray.last_m, ray.last_is_back, ray.last_vertex) = (distance_m, !is_front, Some(vertex));
         }
     }
+}
+
+/// What can be a wall: the primitives of visible nodes that are neither blended nor skinned.
+pub(super) fn solids(scene: &Scene) -> impl Iterator<Item = (NodeId, &Primitive)> {
+    let of_node = move |id: NodeId| {
+        let node = scene.node(id);
+        let mesh = node.mesh.and_then(|mesh| scene.meshes.get(mesh));
+        let primitives = mesh.into_iter().flat_map(|mesh| &mesh.primitives);
+        primitives.filter(move |primitive| is_solid(scene, node, primitive)).map(move |primitive| (id, primitive))
+    };
+    scene.visible_nodes().into_iter().flat_map(of_node)
+}
+
+/// The vertices of each triangle.
+pub(super) fn triangles(primitive: &Primitive) -> impl Iterator<Item = [usize; 3]> {
+    let count = if primitive.indices.is_empty() { primitive.positions.len() } else { primitive.indices.len() };
+    (0..count / 3).map(move |i| {
+        [3 * i, 3 * i + 1, 3 * i + 2]
+            .map(|corner| primitive.indices.get(corner).map_or(corner, |index| *index as usize))
+    })
 }
 
 /// Whether a primitive can be a wall.

@@ -158,6 +158,26 @@ fn without_roof(mut primitive: Primitive) -> Primitive {
     primitive
 }
 
+fn moved(mut primitive: Primitive, by: Vec3) -> Primitive {
+    primitive.positions.iter_mut().for_each(|position| *position = (Vec3::from(*position) + by).to_array());
+    primitive.bounds = Aabb { min: primitive.bounds.min + by, max: primitive.bounds.max + by };
+    primitive
+}
+
+/// A box with walls of two sides.
+fn with_outside(size_m: Vec3) -> Vec<Primitive> {
+    vec![turned_in(cube(0.98 * size_m)), cube(size_m)]
+}
+
+/// Boxes on the floor of [`with_outside`].
+fn furniture(count: usize, size_m: Vec3) -> Vec<Primitive> {
+    let side_m = 0.2 * size_m.x;
+    let height_m = 0.5 * side_m - 0.485 * size_m.y;
+    let places = [(0.35, 0.28), (-0.35, 0.28), (0.35, -0.28), (-0.35, -0.28), (0.0, -0.28)];
+    let at = |(x, z): (f32, f32)| moved(cube(Vec3::splat(side_m)), Vec3::new(x * size_m.x, height_m, z * size_m.z));
+    places.into_iter().take(count).map(at).collect()
+}
+
 #[test]
 fn rooms_are_seen_from_inside_and_solids_and_vessels_from_outside() {
     let (size_m, high_m) = (Vec3::new(4.0, 3.0, 9.0), Vec3::new(4.0, 6.0, 5.0));
@@ -166,8 +186,13 @@ fn rooms_are_seen_from_inside_and_solids_and_vessels_from_outside() {
         scene.materials.push(Material { double_sided: true, ..Material::default() });
         scene
     };
-    let with_outside = |size_m: Vec3| vec![turned_in(cube(0.98 * size_m)), cube(size_m)];
-    let court = |size_m: Vec3| with_outside(size_m).into_iter().map(without_roof).collect();
+    let court = |size_m: Vec3| with_outside(size_m).into_iter().map(without_roof).collect::<Vec<_>>();
+    let furnished = |walls: Vec<Primitive>, count, size_m| scene_of([walls, furniture(count, size_m)].concat());
+    // Boards that line the walls, of which each is a piece that nothing outside shows.
+    let lining = [Vec3::X, Vec3::Y, Vec3::Z, Vec3::NEG_X, Vec3::NEG_Y, Vec3::NEG_Z].map(|side| {
+        let board_m = 0.9 * size_m * (Vec3::ONE - 0.99 * side.abs());
+        moved(cube(board_m), 0.46 * size_m * side)
+    });
     let mut mirrored = scene_of(vec![cube(size_m)]);
     mirrored.node_mut(crate::NodeId(0)).scale = Vec3::new(-1.0, 1.0, 1.0);
     mirrored.node_mut(crate::NodeId(0)).matrix = None;
@@ -175,8 +200,12 @@ fn rooms_are_seen_from_inside_and_solids_and_vessels_from_outside() {
     let scenes = [
         ("a room", scene_of(vec![turned_in(cube(size_m))]), true),
         ("a small room without an outside", scene_of(vec![turned_in(cube(0.1 * size_m))]), true),
-        ("a house", scene_of(with_outside(size_m)), true),
-        ("a court", scene_of(court(high_m)), true),
+        ("a house", furnished(with_outside(size_m), 5, size_m), true),
+        ("a dolls' house", furnished(with_outside(0.1 * size_m), 5, 0.1 * size_m), true),
+        ("a court", furnished(court(high_m), 5, high_m), true),
+        ("a box with little in it", furnished(with_outside(size_m), 4, size_m), false),
+        ("a hollow box", scene_of(with_outside(size_m)), false),
+        ("a lined box", scene_of([with_outside(size_m), lining.to_vec()].concat()), false),
         ("a room with walls of both sides", double_sided(turned_in(cube(size_m))), true),
         ("a box", scene_of(vec![cube(size_m)]), false),
         ("a box with walls of both sides", double_sided(cube(size_m)), false),
@@ -195,6 +224,90 @@ fn rooms_are_seen_from_inside_and_solids_and_vessels_from_outside() {
         let size_m = framing.bounds_world().max - framing.bounds_world().min;
         assert!(eye.abs().cmplt(0.5 * size_m).all(), "{name}: {eye} is outside");
         assert!(back.z.abs() > 0.8 && eye.z * back.z > 0.25 * size_m.z, "{name}: {eye}, looking along {}", -back);
+    }
+}
+
+/// What a closed line of radii and heights encloses, turned around the Y axis; the line goes up outside.
+fn turned(line: &[[f32; 2]]) -> Primitive {
+    const AROUND: usize = 24;
+    let place = |i: usize| {
+        let [radius_m, height_m] = line[i / AROUND];
+        let (sin, cos) = (std::f32::consts::TAU * (i % AROUND) as f32 / AROUND as f32).sin_cos();
+        [radius_m * cos, height_m, radius_m * sin]
+    };
+    let positions: Vec<[f32; 3]> = (0..line.len() * AROUND).map(place).collect();
+    let quad = |i: usize| {
+        let after = i - i % AROUND + (i + 1) % AROUND;
+        [i, i + AROUND, after + AROUND, i, after + AROUND, after].map(|index| index as u32)
+    };
+    let indices = (0..(line.len() - 1) * AROUND).flat_map(quad).collect();
+    let bounds = Aabb::from_points(positions.iter().map(|position| Vec3::from(*position)));
+    Primitive { positions, bounds, indices, ..Primitive::default() }
+}
+
+/// The corners of all triangles.
+fn corners(primitives: &[Primitive]) -> Vec<[f32; 3]> {
+    let of = |primitive: &Primitive| -> Vec<[f32; 3]> {
+        primitive.indices.iter().map(|index| primitive.positions[*index as usize]).collect()
+    };
+    primitives.iter().flat_map(of).collect()
+}
+
+fn obj(primitives: &[Primitive]) -> String {
+    let corners = corners(primitives);
+    let vertices: String = corners.iter().map(|[x, y, z]| format!("v {x} {y} {z}\n")).collect();
+    let face = |i: usize| format!("f {} {} {}\n", 3 * i + 1, 3 * i + 2, 3 * i + 3);
+    vertices + &(0..corners.len() / 3).map(face).collect::<String>()
+}
+
+/// Z points up there.
+fn stl(primitives: &[Primitive]) -> String {
+    let vertex = |[x, y, z]: &[f32; 3]| format!("vertex {x} {} {y}\n", -z);
+    let facet = |corners: &[[f32; 3]]| {
+        let loop_of: String = corners.iter().map(vertex).collect();
+        format!("facet normal 0 0 0\nouter loop\n{loop_of}endloop\nendfacet\n")
+    };
+    format!("solid a\n{}endsolid a\n", corners(primitives).chunks(3).map(facet).collect::<String>())
+}
+
+#[test]
+fn vessels_of_every_size_and_format_are_seen_from_outside() {
+    let mug = turned(&[[0.0, 0.0], [0.4, 0.0], [0.4, 1.0], [0.36, 1.0], [0.36, 0.05], [0.0, 0.05]]);
+    let spoon = moved(cube(Vec3::new(0.05, 0.6, 0.02)), Vec3::new(0.2, 0.4, 0.1));
+    let vase = [[0.0, 0.0], [0.2, 0.0], [0.45, 0.5], [0.25, 1.0], [0.22, 1.0], [0.42, 0.5], [0.18, 0.05], [0.0, 0.05]];
+    let bottle = [
+        [[0.0, 0.0], [0.3, 0.0], [0.3, 0.6], [0.1, 0.75], [0.1, 1.0]],
+        [[0.08, 1.0], [0.08, 0.75], [0.27, 0.58], [0.27, 0.03], [0.0, 0.03]],
+    ];
+    let crate_m = Vec3::new(1.0, 1.0, 1.2);
+    let crate_walls = with_outside(crate_m).into_iter().map(without_roof);
+    let lid = moved(cube(Vec3::new(0.5, 0.01, 1.2)), Vec3::new(0.25, 0.51, 0.0));
+    let vessels = [
+        ("a mug", vec![mug.clone()]),
+        ("a mug with a spoon", vec![mug, spoon]),
+        ("a vase", vec![turned(&vase)]),
+        ("a bottle", vec![turned(&bottle.concat())]),
+        ("a crate with half a lid", crate_walls.chain([lid]).collect()),
+        ("a hollow ball", vec![uv_sphere(0.5, 24, 12), turned_in(uv_sphere(0.47, 24, 12))]),
+    ];
+    let read = |text: &str, name: &str| crate::load_bytes(text.as_bytes(), &mut |_| Err("none".into()), name).unwrap();
+    for (name, primitives) in vessels {
+        // A millimetre, a hand's breadth in metres, centimetres and millimetres, and a kilometre.
+        for scale in [0.001, 0.1, 10.0, 100.0, 1000.0] {
+            let scaled = |primitive: &Primitive| {
+                let positions = primitive.positions.iter().map(|position| position.map(|value| scale * value));
+                let bounds = Aabb { min: scale * primitive.bounds.min, max: scale * primitive.bounds.max };
+                Primitive { positions: positions.collect(), bounds, ..primitive.clone() }
+            };
+            let primitives: Vec<Primitive> = primitives.iter().map(scaled).collect();
+            let (obj, stl) = (read(&obj(&primitives), "a.obj").scene, read(&stl(&primitives), "a.stl").scene);
+            for (format, scene) in [("meshes", scene_of(primitives)), ("OBJ", obj), ("STL", stl)] {
+                let framing = Framing::of_scene(&scene);
+                assert!(framing.interior().is_none(), "{name} at {scale} as {format}");
+                let height_m = framing.bounds_world().max.y - framing.bounds_world().min.y;
+                assert!((0.9..1.1).contains(&(height_m / scale)), "{name} at {scale} as {format}: {height_m}");
+            }
+        }
     }
 }
 
