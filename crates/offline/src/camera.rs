@@ -1,10 +1,6 @@
 //! A picture's camera as data: for reports, for headers of files, and for OpenCV.
 
-<<<<<<< HEAD
-use glam::{DMat4, DVec3, DVec4, Mat4};
-=======
-use glam::{DMat4, DVec3, DVec4, Vec3};
->>>>>>> wt-frame
+use glam::{DMat4, DVec3, DVec4, Mat4, Vec3};
 use manypass::{FrameRequest, View};
 use manypass_scene::{Projection, Scene};
 use serde::Serialize;
@@ -256,7 +252,6 @@ pub struct SceneCamera {
 
 /// The cameras of a scene, in a picture of `width` × `height` pixels, as of the last update of its transforms.
 pub fn scene_cameras(scene: &Scene, width: u32, height: u32) -> Vec<SceneCamera> {
-<<<<<<< HEAD
     let places: HashMap<usize, Mat4> =
         scene.placed_cameras().into_iter().map(|(index, world_from_view, _)| (index, world_from_view)).collect();
     let mut nodes = HashMap::new();
@@ -270,23 +265,8 @@ pub fn scene_cameras(scene: &Scene, width: u32, height: u32) -> Vec<SceneCamera>
         camera: places.get(&index).map(|world_from_view| {
             let projection = camera.projection_in(width as f32 / height.max(1) as f32);
             let view = View { world_from_view: *world_from_view, projection };
-            CameraData::new(&view, width, height)
+            CameraData::from_origin(&view, scene.origin_m, width, height)
         }),
-=======
-    let placed = scene.placed_cameras();
-    let camera = |(index, camera): (usize, &manypass_scene::Camera)| {
-        let place = placed.iter().find(|(placed, ..)| *placed == index);
-        SceneCamera {
-            index,
-            name: camera.name.clone(),
-            node: scene.nodes.iter().position(|node| node.camera == Some(index)),
-            camera: place.map(|(_, world_from_view, _)| {
-                let projection = camera.projection_in(width as f32 / height.max(1) as f32);
-                let view = View { world_from_view: *world_from_view, projection };
-                CameraData::from_origin(&view, scene.origin_m, width, height)
-            }),
-        }
->>>>>>> wt-frame
     };
     scene.cameras.iter().enumerate().map(camera).collect()
 }
@@ -294,11 +274,7 @@ pub fn scene_cameras(scene: &Scene, width: u32, height: u32) -> Vec<SceneCamera>
 #[cfg(test)]
 mod tests {
     use super::*;
-<<<<<<< HEAD
-    use glam::{Quat, Vec3};
-=======
-    use glam::{Mat4, Quat};
->>>>>>> wt-frame
+    use glam::Quat;
 
     const EYE: Vec3 = Vec3::new(3.0, 4.0, 5.0);
 
