@@ -64,7 +64,7 @@ pub struct CameraSpec {
 
 impl CameraSpec {
     /// The same of a scene whose world has its origin at a point of the file's space, in which the camera is asked for.
-    pub fn from_origin(&self, origin_m: Vec3) -> Self {
+    pub fn in_world_at(&self, origin_m: Vec3) -> Self {
         let place = match self.place {
             Place::Eye(eye) => Place::Eye(eye - origin_m),
             Place::Posed { rotation, eye } => Place::Posed { rotation, eye: eye - origin_m },
@@ -90,7 +90,7 @@ pub fn resolve(
     aspect: f32,
     turn_deg: f32,
 ) -> Result<(Mat4, Projection), Failure> {
-    let spec = &spec.from_origin(scene.origin_m);
+    let spec = &spec.in_world_at(scene.origin_m);
     let place = match &spec.place {
         Place::Default if spec.turns => match turning_inside(spec, framing, turn_deg) {
             Some(inside) => return Ok(inside),

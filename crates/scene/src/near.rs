@@ -8,9 +8,9 @@ impl Scene {
     /// whoever places cameras by the file's coordinates subtracts it. A scene with mirrors, portals, decals or others
     /// that are placed in world space stays. Gives whether it has moved. Brings transforms up to date.
     pub fn bring_near(&mut self) -> bool {
-        let has_places = !(self.mirrors.is_empty() && self.portals.is_empty() && self.decals.is_empty())
-            || !(self.surroundings.is_empty() && self.probes.is_empty() && self.water.is_empty())
-            || !(self.simulations.is_empty() && self.particles.is_empty());
+        let has_captures = !self.mirrors.is_empty() || !self.portals.is_empty() || !self.surroundings.is_empty();
+        let has_light = !self.probes.is_empty() || !self.decals.is_empty() || !self.water.is_empty();
+        let has_places = has_captures || has_light || !self.simulations.is_empty() || !self.particles.is_empty();
         let bounds = self.posed_bounds_world();
         if has_places || !bounds.is_away() {
             return false;
