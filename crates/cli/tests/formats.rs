@@ -34,7 +34,7 @@ fn glb(body: &Primitive) -> Vec<u8> {
     let mut json = format!(
         r#"{{"asset":{{"version":"2.0"}},"scenes":[{{"nodes":[0]}}],"scene":0,"nodes":[{{"mesh":0}}],
         "meshes":[{{"primitives":[{{"attributes":{{"POSITION":0,"NORMAL":1}},"indices":2,"material":0}}]}}],
-        "materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[0.27,0.30,0.33,1],"metallicFactor":0,"roughnessFactor":0.6}}}}],
+        "materials":[{{"pbrMetallicRoughness":{{"baseColorFactor":[0.19,0.22,0.26,1],"metallicFactor":0,"roughnessFactor":0.6}}}}],
         "accessors":[{{"bufferView":0,"componentType":5126,"count":{count},"type":"VEC3"}},
             {{"bufferView":0,"byteOffset":{0},"componentType":5126,"count":{count},"type":"VEC3"}},
             {{"bufferView":0,"byteOffset":{1},"componentType":5125,"count":{indices},"type":"SCALAR"}}],

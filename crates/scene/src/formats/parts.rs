@@ -18,7 +18,7 @@ pub(super) struct Parts {
 
 /// The colour of what has none: a cool grey that is darker than the studio's backdrop in its light and in its shade. A
 /// grey of 0.6 has the backdrop's own levels on the sides that face a camera.
-pub(super) const NO_COLOR_LINEAR: [f32; 4] = [0.27, 0.30, 0.33, 1.0];
+pub(super) const NO_COLOR_LINEAR: [f32; 4] = [0.19, 0.22, 0.26, 1.0];
 
 /// The surface of what has no material: a grey without gloss, and white below colours of vertices. It has two sides,
 /// because these formats do not say which faces are seen, and their winding is often wrong.

@@ -134,7 +134,7 @@ fn binary_stl_has_colours_of_two_conventions() {
         let indices = primitives(&loaded)[0].indices.clone();
         [0, 3].map(|corner| indices.get(corner).and_then(|index| colors.get(*index as usize)).copied())
     };
-    let (red, blue, grey) = ([1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.27, 0.30, 0.33, 1.0]);
+    let (red, blue, grey) = ([1.0, 0.0, 0.0, 1.0], [0.0, 0.0, 1.0, 1.0], [0.19, 0.22, 0.26, 1.0]);
     assert_eq!(file(b"", [0xfc00, 0x7c00]), [Some(red), Some(grey)], "VisCAM: bit 15 is set where there is a colour");
     let magics = file(b"COLOR=\x00\x00\xff\xff", [0x001f, 0x8000]);
     assert_eq!(magics, [Some(red), Some(blue)], "Magics: bit 15 is set where the object's colour counts");
