@@ -54,7 +54,9 @@ fn main() -> Result<()> {
         ["demo"] => {
             steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
             steps.run("render the demo", "4 min the first time", || {
-                manypass(&["render", "demo:hall", "-o", "demo.png", "--contact-sheet", "demo-passes.png"])
+                let view = ["--eye", "-0.9,1.5,18", "--target", "0.5,2,0", "--fov-y", "50"];
+                let outputs = ["-o", "demo.png", "--contact-sheet", "demo-passes.png"];
+                manypass(&[&["render", "docs/examples/nave.stage.toml"][..], &view, &outputs].concat())
             });
         }
         ["test"] => test(&mut steps, true),

@@ -8,9 +8,8 @@ import package::shaders::octahedral::{octahedral_from_direction, direction_from_
 
 const REFLECTANCE_SCALE: f32 = 0.2;
 const SHADING_MODEL_UNLIT: f32 = 0.0;
-// Shaded where it is drawn, because the material has more than this holds: light passes leave it alone. `constants.rs`
-// has others of the kind, which `shaders/traced_lobe.wgsl` tells apart.
-const SHADING_MODEL_FORWARD: f32 = 0.501960784;
+// Between them lie those that are shaded where they are drawn, because the material has more than this holds: light
+// passes leave them alone. `constants.rs` has some, which `shaders/traced_lobe.wgsl` tells apart.
 // Standard, but diffuse light of the environment is in what was baked.
 const SHADING_MODEL_BAKED: f32 = 0.8;
 const SHADING_MODEL_STANDARD: f32 = 1.0;

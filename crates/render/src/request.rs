@@ -245,7 +245,7 @@ impl FrameRequest {
         let ground_height_m = framing.lowest_m();
         let camera = View { world_from_view, projection };
         let overlay = scene.overlay.clone();
-        Self { ground_height_m, overlay, ..Self::new(width, height, camera) }
+        Self { ground_height_m, overlay, origin_m: scene.origin_m, ..Self::new(width, height, camera) }
             .with_scene_defaults(&LazyCell::new(|| SceneDefaults::of(scene)))
     }
 

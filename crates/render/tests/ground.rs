@@ -23,6 +23,7 @@ fn scene(middle_m: f32) -> Scene {
 fn scene_of(shape: Primitive, middle_m: f32) -> Scene {
     let mut scene = Scene::default();
     scene.materials.push(Material::default());
+    let shape = Primitive { material: Some(0), ..shape };
     scene.meshes.push(Mesh { primitives: vec![shape], ..Mesh::default() }.into());
     scene.add_node(None, Node { mesh: Some(0), translation: Vec3::new(0.0, middle_m, 0.0), ..Node::default() });
     scene.update_transforms();

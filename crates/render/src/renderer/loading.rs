@@ -9,6 +9,9 @@ use std::sync::Arc;
 /// Meshes of so many vertices are uploaded between two turns, or a larger one alone: some milliseconds.
 const SLICE_VERTICES: usize = 1 << 16;
 
+/// Each slice looks at all meshes that are there: so many slices at the most, which are larger then.
+const SLICES_MAX: usize = 64;
+
 impl Renderer {
     /// As [`Renderer::load`]; after every few meshes `turns` is asked whether others are to have the thread. No frame may
     /// be drawn before it is done.
@@ -40,10 +43,12 @@ fn ends_of_slices(meshes: &[Arc<Mesh>], slice_vertices: usize) -> Vec<usize> {
     if meshes.iter().any(is_morphed) {
         return Vec::new();
     }
+    let vertices_of = |mesh: &Arc<Mesh>| mesh.primitives.iter().map(|part| part.positions.len()).sum::<usize>();
+    let slice_vertices = slice_vertices.max(meshes.iter().map(vertices_of).sum::<usize>() / SLICES_MAX);
     let mut ends = Vec::new();
     let mut vertices = 0;
     for (index, mesh) in meshes.iter().enumerate() {
-        vertices += mesh.primitives.iter().map(|part| part.positions.len()).sum::<usize>();
+        vertices += vertices_of(mesh);
         if vertices >= slice_vertices {
             ends.push(index + 1);
             vertices = 0;
@@ -70,6 +75,8 @@ mod tests {
         let meshes = [3, 9, 1, 10, 2].map(mesh);
         assert_eq!(ends_of_slices(&meshes, 10), [2, 4]);
         assert_eq!(ends_of_slices(&meshes, 1), [1, 2, 3, 4, 5]);
+        let many: Vec<_> = (0..1000).map(|_| mesh(100)).collect();
+        assert!(ends_of_slices(&many, 1).len() <= SLICES_MAX, "each slice looks at all meshes before it");
     }
 
     #[test]

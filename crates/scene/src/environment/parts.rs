@@ -60,6 +60,18 @@ impl LightPicture {
         along(row(top as usize)).lerp(along(row(top as usize + 1)), (y - top).clamp(0.0, 1.0))
     }
 
+    /// The mean over all directions.
+    pub fn mean(&self) -> Vec3 {
+        let mut sum = (Vec3::ZERO, 0.0);
+        for (row, texels) in self.texels.chunks(self.width.max(1)).enumerate() {
+            // A row covers less of all directions towards the poles.
+            let weight = (PI * (row as f32 + 0.5) / self.height as f32).sin();
+            sum.0 += texels.iter().sum::<Vec3>() / self.width as f32 * weight;
+            sum.1 += weight;
+        }
+        sum.0 / sum.1.max(f32::MIN_POSITIVE)
+    }
+
     /// All texels, for a hash.
     pub fn texels(&self) -> &[Vec3] {
         &self.texels

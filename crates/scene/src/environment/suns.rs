@@ -53,8 +53,11 @@ pub fn suns(map: &EnvironmentMap) -> Suns {
 
 impl EnvironmentMap {
     /// The mean radiance over all directions, that of [`Self::light`] included: what a white matte ball has on the
-    /// average of its surface.
+    /// average of its surface. Where a file brings irradiance, that of the file.
     pub fn mean_radiance(&self) -> Vec3 {
+        if let Some(irradiance) = &self.irradiance {
+            return irradiance.mean();
+        }
         let light = self.light.map_or(Vec3::ZERO, |light| light.irradiance).as_dvec3();
         let lit = |cell: &Cell| cell.radiance.as_dvec3() * f64::from(cell.solid_angle);
         let sum: DVec3 = cells(self).iter().map(lit).sum();
@@ -231,6 +234,10 @@ mod tests {
         });
         let mean = map.mean_radiance();
         assert!((mean - Vec3::new(0.5, 1.5, 0.25)).abs().max_element() < 2e-3, "{mean}");
+        // What a file brings as irradiance is what a white ball has of it.
+        let even = EnvironmentMap::from_fn("even", 64, 32, |_| Vec3::splat(0.125));
+        let brought = map.clone().with_irradiance(&even).mean_radiance();
+        assert!((brought - Vec3::splat(0.125)).abs().max_element() < 1e-4, "{brought}");
         // A light has its irradiance over 4 π.
         let irradiance = Vec3::splat(4.0 * std::f32::consts::PI);
         let light = EnvironmentLight { direction: Vec3::Y, irradiance, half_angle_tan: 0.0 };

@@ -22,8 +22,8 @@ settings! {
         thickness_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "reflections.enabled=true";
         /// What a ray brings is cut to so many times the display's white, divided by the square of the surface's
         /// roughness: mirrors show lamps as bright as they are, unless a single ray meets one, and rough surfaces have
-        /// no bright dots of the few rays that do. Highlights of smooth surfaces are cut to four times that. It rises
-        /// by the square root of the number of samples that the picture averages. 0 cuts nothing.
+        /// no bright dots of the few rays that do. It rises by the square root of the number of samples that the
+        /// picture averages. 0 cuts nothing.
         brightness_max: f32 = 0.5, in 0.0..=1e6, unit "× white", needs "reflections.enabled=true";
         /// The most steps of a ray, over pixels or over squares of up to 64 × 64 of them where nothing is as near;
         /// rays that need more find nothing.

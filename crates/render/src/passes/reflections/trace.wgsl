@@ -61,10 +61,6 @@ const FACING_FADE: f32 = 0.1;
 // in pixels along each axis; else there. It is farther where the ray came from behind.
 const REFINED_PX: f32 = 1.0;
 
-// So many times `radiance_max` is the most that a ray brings of smooth surfaces, and the roughness from which on what they
-// show is much the same from everywhere.
-const HIGHLIGHT: f32 = 4.0;
-const MATTE_ROUGHNESS: f32 = 0.5;
 // What a ray stands for is at most so large a share of the ray's length: at its foot the surface itself is near.
 const FOOTPRINT_SHARE: f32 = 0.25;
 
@@ -232,14 +228,6 @@ fn half_footprint_px(center: Center, hit: Hit, length_m: f32, likelihood: f32, r
     return max(of_lobe_m, of_texels_m) / pixel_m;
 }
 
-// The most that counts of what the picture shows at the end of a ray.
-fn highlight_max(hit: Hit) -> f32 {
-    let surface = surface_at(vec2i(hit.middle_px));
-    let roughness = select(1.0, traced_roughness(surface), is_traced(surface));
-    let smooth_share = 1.0 - min(roughness / MATTE_ROUGHNESS, 1.0);
-    return min(HIGHLIGHT * reflections.radiance_max / max(smooth_share, 1e-6), RADIANCE_MAX);
-}
-
 @fragment
 fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = pixel_of_texel(vec2i(position.xy), i32(side));
@@ -285,9 +273,6 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let coarse = coarse_texel.rgb / max(coarse_texel.a, 1e-3);
     let radiance = mix(fine, coarse, clamp(level, 0.0, 1.0));
     let brightest = max(max(radiance.r, radiance.g), max(radiance.b, 1e-6));
-    // What is cut of a highlight leaves as much of the environment's light.
-    let kept = min(highlight_max(hit) / brightest, 1.0);
-    share *= kept;
     let brightness_max = min(reflections.radiance_max / max(alpha, 1e-6), RADIANCE_MAX);
-    return vec4f(max(radiance, vec3f(0.0)) * (min(brightness_max / max(brightest * kept, 1e-30), 1.0) * share), share);
+    return vec4f(max(radiance, vec3f(0.0)) * (min(brightness_max / brightest, 1.0) * share), share);
 }

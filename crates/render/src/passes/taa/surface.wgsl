@@ -101,7 +101,10 @@ fn fs_taa_surface(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let difference = light - left.w;
     // Where nothing at all changed no light did. Of a frame that is smaller than the picture 3 × 3 texels are so much of it
     // that a fence which one frame misses looks like a shadow.
-    let relit = (upscales == 0u) & (moving < 0.5) & (taa.reach <= 0.0) & is_relit(pixel, before, difference);
+    var relit = false;
+    if upscales == 0u && moving < 0.5 && taa.reach <= 0.0 {
+        relit = is_relit(pixel, before, difference);
+    }
     // The first frame comes before none.
     let goes_on = is_inside & (was_seen | stood_still) & (taa.gain > 0.0) & !relit;
 
