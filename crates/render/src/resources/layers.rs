@@ -129,7 +129,7 @@ pub(crate) fn share_through(material: &Material, transmission: f32) -> f32 {
     let left = body.map_or(Vec3::ONE, |volume| {
         volume.attenuation_color.powf(volume.thickness.factor / volume.attenuation_distance_m.max(1e-20))
     });
-    let base_color = material.base_color_factor.truncate().max(Vec3::splat(1e-6));
+    let base_color = material.base_color_factor.truncate().clamp(Vec3::splat(1e-6), Vec3::ONE);
     let colored = (base_color * left).element_sum() / base_color.element_sum();
     transmission * (1.0 - material.metallic_factor) * entering * entering * colored
 }
