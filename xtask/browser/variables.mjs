@@ -5,7 +5,7 @@ import { out } from "./harness.mjs";
 
 /** The names of variables in the types of the package. */
 async function declaredNames() {
-  const types = await readFile("target/web/manypass_raw.d.ts", "utf8");
+  const types = await readFile("target/web/manypass_settings.d.ts", "utf8");
   const names = /export type VariableName =([^;]*);/.exec(types)?.[1] ?? "";
   return [...names.matchAll(/"(\w+)"/g)].map((match) => match[1]);
 }
