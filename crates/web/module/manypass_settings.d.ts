@@ -17,6 +17,9 @@ export interface Settings {
   "camera.fisheye_frame"?: "circular" | "full";
   "environment.source"?: "auto" | "studio" | "fill" | "sky" | "file" | "none" | (string & {}) | number[];
   "environment.file"?: string;
+  "environment.irradiance_file"?: string;
+  "environment.prefiltered_file"?: string;
+  "environment.brdf_file"?: string;
   "environment.rotation_deg"?: number;
   "environment.intensity"?: number;
   "environment.sun_elevation_deg"?: number;
