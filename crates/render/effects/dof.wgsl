@@ -1,6 +1,6 @@
 //! effect dof
 //! reads: radiance, depth
-//! passes: fs_far_2 -> far_2 1/2, fs_far_4 -> far_4 1/4, fs_far_8 -> far_8 1/8, fs_far_disks_2 -> far_disks_2 1/2, fs_far_disks_4 -> far_disks_4 1/4, fs_far_disks_8 -> far_disks_8 1/8, fs_near_2 -> near_2 1/2, fs_near_4 -> near_4 1/4, fs_near_8 -> near_8 1/8, fs_near_disks_2 -> near_disks_2 1/2, fs_near_disks_4 -> near_disks_4 1/4, fs_near_disks_8 -> near_disks_8 1/8, fs_tile -> tile 1/16, fs_reach -> reach 1/16, fs_behind -> behind 1/2, fs_front -> front 1/2, fs_dof
+//! passes: fs_far_2 -> far_2 1/2, fs_far_4 -> far_4 1/4, fs_far_8 -> far_8 1/8, fs_far_disks_2 -> far_disks_2 1/2, fs_far_disks_4 -> far_disks_4 1/4, fs_far_disks_8 -> far_disks_8 1/8, fs_near_2 -> near_2 1/2, fs_near_4 -> near_4 1/4, fs_near_8 -> near_8 1/8, fs_near_disks_2 -> near_disks_2 1/2, fs_near_disks_4 -> near_disks_4 1/4, fs_near_disks_8 -> near_disks_8 1/8, fs_tile -> tile 1/16, fs_reach -> reach 1/16, fs_near_light -> near_light 1/2, fs_near_beyond -> near_beyond 1/2, fs_near_share -> near_share 1/2, fs_behind -> behind 1/2, fs_front_near -> front_near 1/2, fs_front -> front 1/2, fs_dof
 
 // Depth of field: what is not in focus is a disk, as wide as a thin lens makes it, that has the light of its pixel and
 // no more: each disk is gathered at half the size with a weight of one divided by its own area. A place shows disks that
@@ -360,20 +360,54 @@ fn added_behind(
     return back;
 }
 
+// A surface in front of what is sharp as blurred as it is, and what lies behind it in its layer. A pass has room for the
+// textures of one layer: three hold what `fs_behind` needs of this one.
+fn near_back(position: vec2f, pixel: vec2i) -> Back {
+    let near = own_of(near_disks_2, pixel, true);
+    let own = vec2f(near.radius, -1.0);
+    let taps = taps_of(position, sqrt(gathered(near.radius)), true, is_within(near));
+    var back = Back(vec4f(0.0), 0.0, vec4f(0.0), 0.0);
+    back = added_behind(back, near_2, near_disks_2, 1.0, taps, vec2u(0u, taps.first_4), own);
+    back = added_behind(back, near_4, near_disks_4, 0.5, taps, vec2u(taps.first_4, taps.first_8), own);
+    return added_behind(back, near_8, near_disks_8, 0.25, taps, vec2u(taps.first_8, taps.count), own);
+}
+
+// The light of such a surface; elsewhere what there is of the layer.
+@fragment
+fn fs_near_light(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let back = near_back(position.xy, pixel);
+    let light = select(textureLoad(near_2, pixel, 0), back.light, is_within(own_of(near_disks_2, pixel, true)));
+    return vec4f(half_float_clamped(light.rgb), light.a);
+}
+
+// The mean of what lies behind it.
+@fragment
+fn fs_near_beyond(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let back = near_back(position.xy, vec2i(position.xy));
+    let mean = back.farther / max(back.weight, 1e-3);
+    return vec4f(half_float_clamped(mean.rgb), mean.a);
+}
+
+// How much it covers, and how much that is the mean of.
+@fragment
+fn fs_near_share(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let back = near_back(position.xy, vec2i(position.xy));
+    return vec4f(back.covered, back.weight, 0.0, 1.0);
+}
+
 // A surface as blurred as it is, and where it leaves something or is left out, what lies behind it.
 @fragment
 fn fs_behind(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
     let near = own_of(near_disks_2, pixel, true);
     let far = own_of(far_disks_2, pixel, false);
-    var back = Back(vec4f(0.0), 0.0, vec4f(0.0), 0.0);
     let shows_far = !is_within(near);
+    let in_front = textureLoad(near_light, pixel, 0);
+    let shares = textureLoad(near_share, pixel, 0);
+    let beyond = textureLoad(near_beyond, pixel, 0) * max(shares.y, 1e-3);
+    var back = Back(select(in_front, vec4f(0.0), shows_far), shares.x, beyond, shares.y);
     // All of what is far lies behind what is in front.
-    let own_near = vec2f(near.radius, -1.0);
-    let near_taps = taps_of(position.xy, sqrt(gathered(near.radius)), true, !shows_far);
-    back = added_behind(back, near_2, near_disks_2, 1.0, near_taps, vec2u(0u, near_taps.first_4), own_near);
-    back = added_behind(back, near_4, near_disks_4, 0.5, near_taps, vec2u(near_taps.first_4, near_taps.first_8), own_near);
-    back = added_behind(back, near_8, near_disks_8, 0.25, near_taps, vec2u(near_taps.first_8, near_taps.count), own_near);
     let own = vec2f(select(-1000.0, far.radius, shows_far & (far.share > 0.0)), 1.0);
     // Something sharp, too, knows what is around it, because pixels between are interpolated.
     let radius = max(sqrt(gathered(select(near.radius, far.radius, own.x >= 0.0))), 1.5);
@@ -386,7 +420,7 @@ fn fs_behind(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let light = back.light / max(back.covered, 1.0) + back.farther * (left / back.weight);
         return vec4f(half_float_clamped(light.rgb), light.a);
     }
-    let here = (textureLoad(near_2, pixel, 0) + textureLoad(far_2, pixel, 0)) / max(near.share + far.share, 1e-3);
+    let here = (in_front + textureLoad(far_2, pixel, 0)) / max(near.share + far.share, 1e-3);
     let light = select(here, back.light / max(back.covered, 1e-4), back.covered > 1e-3);
     return vec4f(half_float_clamped(light.rgb), light.a);
 }
@@ -427,13 +461,12 @@ fn added_before(
     return cover;
 }
 
-// What is in front of what is sharp, or of the surface of a pixel, and how much it covers.
+// What of the layer in front of what is sharp lies before the surface of a pixel, and how much it covers.
 @fragment
-fn fs_front(@builtin(position) position: vec4f) -> @location(0) vec4f {
+fn fs_front_near(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
     let reached = textureLoad(reach, inside(pixel / TILE, reach), 0);
     let near = own_of(near_disks_2, pixel, true);
-    let far = own_of(far_disks_2, pixel, false);
     // Before a surface that is in front itself, only what is nearer.
     let own = vec2f(select(-1000.0, near.radius, is_within(near)), -1.0);
     let taps = taps_of(position.xy, max(reached.r, 1.0), false, reached.r >= 0.25);
@@ -441,16 +474,26 @@ fn fs_front(@builtin(position) position: vec4f) -> @location(0) vec4f {
     front = added_before(front, near_2, near_disks_2, 1.0, taps, vec2u(0u, taps.first_4), own);
     front = added_before(front, near_4, near_disks_4, 0.5, taps, vec2u(taps.first_4, taps.first_8), own);
     front = added_before(front, near_8, near_disks_8, 0.25, taps, vec2u(taps.first_8, taps.count), own);
-    // Behind what is sharp, too, something may be in front of something else.
+    return vec4f(half_float_clamped(front.light), front.covered);
+}
+
+// The same of both layers: behind what is sharp, too, something may be in front of something else.
+@fragment
+fn fs_front(@builtin(position) position: vec4f) -> @location(0) vec4f {
+    let pixel = vec2i(position.xy);
+    let reached = textureLoad(reach, inside(pixel / TILE, reach), 0);
+    let near = own_of(near_disks_2, pixel, true);
+    let far = own_of(far_disks_2, pixel, false);
     let is_before = apart(vec2f(far.radius - reached.g), far.radius).x > 0.0;
-    let own_far = vec2f(far.radius, 1.0);
+    let own = vec2f(far.radius, 1.0);
     let is_wanted = is_before & (far.share > 0.0) & !is_within(near);
-    let far_taps = taps_of(position.xy, sqrt(gathered(far.radius)), false, is_wanted);
+    let taps = taps_of(position.xy, sqrt(gathered(far.radius)), false, is_wanted);
     var nearer = Cover(vec3f(0.0), 0.0);
-    nearer = added_before(nearer, far_2, far_disks_2, 1.0, far_taps, vec2u(0u, far_taps.first_4), own_far);
-    nearer = added_before(nearer, far_4, far_disks_4, 0.5, far_taps, vec2u(far_taps.first_4, far_taps.first_8), own_far);
-    nearer = added_before(nearer, far_8, far_disks_8, 0.25, far_taps, vec2u(far_taps.first_8, far_taps.count), own_far);
-    front = over(front, nearer);
+    nearer = added_before(nearer, far_2, far_disks_2, 1.0, taps, vec2u(0u, taps.first_4), own);
+    nearer = added_before(nearer, far_4, far_disks_4, 0.5, taps, vec2u(taps.first_4, taps.first_8), own);
+    nearer = added_before(nearer, far_8, far_disks_8, 0.25, taps, vec2u(taps.first_8, taps.count), own);
+    let first = textureLoad(front_near, pixel, 0);
+    let front = over(Cover(first.rgb, first.a), nearer);
     return vec4f(half_float_clamped(front.light), front.covered);
 }
 
