@@ -11,7 +11,7 @@ const FEW: usize = 1000;
 const TIMES: usize = 10;
 /// Ten times as many things take ten times as long, or a little more where caches are full; were it the square, a
 /// hundred times.
-const RATIO_MAX: f64 = 20.0;
+const RATIO_MAX: f64 = 40.0;
 
 /// Seconds that this thread has had a processor, so that what else the machine does counts for nothing; where the
 /// system does not say it, seconds of a clock.
