@@ -8,7 +8,7 @@ pub fn markdown_tables() -> String {
     let mut text = String::new();
     for table in &TABLES {
         let title = if table.name.is_empty() { "Before all tables".into() } else { format!("`[[{}]]`", table.name) };
-        let _ = writeln!(text, "### {title}\n\n{}\n\n| key | type | what it does |\n|---|---|---|", table.doc);
+        let _ = writeln!(text, "### {title}\n\n{}\n\n| key | type | what it does |\n|---|---|---|", wrapped(table.doc));
         for key in table.keys {
             let needed = if key.is_required { " Required." } else { "" };
             let _ = writeln!(text, "| `{}` | {} | {}{needed} |", key.name, key.kind.name(), key.doc);
@@ -20,6 +20,22 @@ pub fn markdown_tables() -> String {
         let _ = writeln!(text, "| `[{name}]` | {doc} |");
     }
     text
+}
+
+/// Prose in lines of at most 120 characters, as all pages have it.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.is_empty() => line.push_str(word),
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= 120 => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines.join("\n")
 }
 
 /// The JSON Schema of stage files, as `docs/stage.schema.json` has it.

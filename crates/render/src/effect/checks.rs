@@ -5,6 +5,7 @@ use super::fused::PIXEL_ENTRY;
 use super::header::{Header, READS};
 use super::steps::{self, Step};
 use crate::diagnostic::Diagnostic;
+use crate::record::OWN_TEXTURES_MAX;
 use crate::shader::locate;
 use crate::shader::program::Slot;
 use crate::user_shader::Source;
@@ -12,9 +13,6 @@ use crate::user_shader::checks::check_functions;
 use crate::user_shader::scan::Scan;
 use crate::user_shader::uniforms::OWN_GROUP;
 use std::ops::Range;
-
-/// A stage of WebGL 2 has so many textures.
-const TEXTURES_MAX: usize = 16;
 
 /// Whether the function that a header names changes a pixel and looks at no other.
 pub(super) fn check_pixel(
@@ -84,24 +82,29 @@ fn discarded(module: &naga::Module, function: &naga::Function) -> Option<naga::S
     of_block(module, &function.body, &mut Looked::new())
 }
 
+/// The names of the textures in groups, if those are there.
+fn textures_of(groups: Option<&[Vec<Slot>]>) -> Vec<&str> {
+    let is_texture = |slot: &&Slot| matches!(slot.entry.ty, wgpu::BindingType::Texture { .. });
+    groups.into_iter().flatten().flatten().filter(is_texture).map(|slot| slot.name.as_str()).collect()
+}
+
 /// Whether each pass reads what is there, and no more than every adapter can bind.
 pub(super) fn check_textures(
     source: Source<'_>,
     scan: &Scan,
     steps: &[(Step, Vec<Vec<Slot>>)],
 ) -> Result<(), Box<Diagnostic>> {
-    let is_texture = |slot: &&Slot| matches!(slot.entry.ty, wgpu::BindingType::Texture { .. });
     let mut read = Vec::with_capacity(steps.len());
     for (step, slots) in steps {
-        let textures = slots.get(1).into_iter().flatten().filter(is_texture);
-        let names: Vec<&str> = textures.map(|slot| slot.name.as_str()).collect();
-        if names.len() > TEXTURES_MAX {
+        // Tables lie in the groups after that of what is read.
+        let bound = textures_of(slots.get(1..)).len();
+        if bound > OWN_TEXTURES_MAX {
             let place = scan.functions.get(&step.function).cloned().unwrap_or(0..0);
             let message =
-                format!("`{}` reads {} textures; a pass reads at most {TEXTURES_MAX}", step.function, names.len());
+                format!("`{}` reads {bound} textures; a pass reads at most {OWN_TEXTURES_MAX}", step.function);
             return Err(source.fault(place, message));
         }
-        read.push((step, names));
+        read.push((step, textures_of(slots.get(1..2))));
     }
     steps::check(source, &read)
 }

@@ -7,6 +7,7 @@ use super::declarations::{Borrowed, declarations, table_declarations};
 use super::rename::renamed;
 use super::steps::Step;
 use crate::gpu::Gpu;
+use crate::record::OWN_TEXTURES_MAX;
 use crate::shader::locate;
 use crate::shader::program::Slot;
 use crate::shader::reflection::reflect_bindings_of;
@@ -20,8 +21,6 @@ pub(super) const PIXEL_ENTRY: &str = "fs_each_pixel";
 pub(super) const FUSED_EFFECTS_MAX: usize = 8;
 /// So many uniforms of theirs fit a stage on every adapter, beside those of the view and of `drawn`.
 pub(super) const FUSED_UNIFORMS_MAX: usize = 8;
-/// And so many textures, with those of the frame.
-const TEXTURES_MAX: usize = 16;
 
 /// How an effect changes a pixel.
 #[derive(Debug)]
@@ -81,7 +80,7 @@ pub(super) fn compile(gpu: &Gpu, name: &str, effects: &[Arc<Compiled>]) -> Optio
     let entry = module.entry_points.iter().position(|entry| entry.name == PIXEL_ENTRY)?;
     let slots = reflect_bindings_of(&module, &info, &composed, entry..entry + 1);
     let is_texture = |slot: &&Slot| matches!(slot.entry.ty, wgpu::BindingType::Texture { .. });
-    let fits = slots.iter().flatten().filter(is_texture).count() <= TEXTURES_MAX;
+    let fits = slots.iter().skip(1).flatten().filter(is_texture).count() <= OWN_TEXTURES_MAX;
     if !fits {
         return None;
     }

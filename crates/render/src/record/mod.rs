@@ -26,7 +26,7 @@ pub(crate) use instances::InstanceTable;
 pub(crate) use legend::Legends;
 pub(crate) use scrubbed::Scrubbed;
 pub(crate) use surfaces::{Bundles, SurfacePipelines};
-pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables};
+pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables, OWN_TEXTURES_MAX};
 pub(crate) use tables::{depth_texture, directional_albedo_texels};
 pub(crate) use texels::TargetTexels;
 pub(crate) use uniforms::UniformArena;

@@ -48,6 +48,23 @@ pub(crate) const FRAME_GROUP: [FrameSlot; 12] = [
     slot("environment_tiles", texture(wgpu::TextureSampleType::Float { filterable: true })),
 ];
 
+/// What a stage has of textures on WebGL 2, and on WebGPU by default.
+const STAGE_TEXTURES: usize = 16;
+
+/// How many textures a program may have in its other groups: a layout's count, whether they are read or not.
+pub(crate) const OWN_TEXTURES_MAX: usize = STAGE_TEXTURES - textures_of(&FRAME_GROUP);
+
+const fn textures_of(slots: &[FrameSlot]) -> usize {
+    let (mut count, mut at) = (0, 0);
+    while at < slots.len() {
+        if matches!(slots[at].ty, wgpu::BindingType::Texture { .. }) {
+            count += 1;
+        }
+        at += 1;
+    }
+    count
+}
+
 /// What is the same in every frame.
 #[derive(Debug)]
 pub(crate) struct FrameTables {

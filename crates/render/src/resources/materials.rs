@@ -353,15 +353,8 @@ impl Described {
             (material.emissive_texture, sampled(material.emissive_texture, true)),
         ];
         let is_there = |slot: usize| slots[slot].1.is_some();
-        let mut uv_rows = [Vec4::ZERO; 10];
-        for (slot, (reference, sampled)) in slots.iter().enumerate() {
-            let reference = reference.filter(|_| sampled.is_some());
-            let (matrix, set) = reference.map_or((glam::Mat3::IDENTITY, 0), |r| (r.transform.matrix(), r.uv_set));
-            uv_rows[slot * 2] = matrix.row(0).extend(set as f32);
-            uv_rows[slot * 2 + 1] = matrix.row(1).extend(0.0);
-        }
-        let as_it_is = [glam::Mat3::IDENTITY.row(0).extend(0.0), glam::Mat3::IDENTITY.row(1).extend(0.0)];
-        let places_uvs = uv_rows.chunks_exact(2).any(|rows| *rows != as_it_is);
+        let uv_rows = uv_rows_of(slots.each_ref().map(|(reference, sampled)| reference.filter(|_| sampled.is_some())));
+        let as_it_is = uv_rows_of([None; 5]);
         let is_dark = material.emissive_texture.is_some() && !is_there(4);
         let masked = matches!(material.alpha_mode, AlphaMode::Mask { .. });
         let blended = material.alpha_mode == AlphaMode::Blend;
@@ -415,7 +408,7 @@ impl Described {
             textured,
             occlusion_apart,
             normal_map,
-            places_uvs,
+            places_uvs: uv_rows != as_it_is,
             masked,
             blended,
             double_sided,
@@ -425,6 +418,17 @@ impl Described {
             is_baked,
         }
     }
+}
+
+/// Two rows of the matrix of each map, with its UV set in the fourth column of the first.
+fn uv_rows_of(maps: [Option<TextureRef>; 5]) -> [Vec4; 10] {
+    let mut rows = [Vec4::ZERO; 10];
+    for (pair, map) in rows.chunks_exact_mut(2).zip(maps) {
+        let (matrix, set) = map.map_or((glam::Mat3::IDENTITY, 0), |map| (map.transform.matrix(), map.uv_set));
+        pair[0] = matrix.row(0).extend(set as f32);
+        pair[1] = matrix.row(1).extend(0.0);
+    }
+    rows
 }
 
 #[cfg(test)]

@@ -134,18 +134,18 @@ impl ReadLight for InFolder<'_> {
 }
 
 /// Bytes that are found by the names of files; messages name them as seen from a folder.
-pub(super) struct Found<'f, 'r> {
+pub(super) struct ResolvedFiles<'f, 'r> {
     pub folder: &'f Path,
     pub resolve: &'r mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
 }
 
-impl Found<'_, '_> {
+impl ResolvedFiles<'_, '_> {
     fn path(&self, name: &str) -> String {
         self.folder.join(name).display().to_string()
     }
 }
 
-impl ReadLight for Found<'_, '_> {
+impl ReadLight for ResolvedFiles<'_, '_> {
     fn picture(&mut self, name: &str) -> Result<EnvironmentMap, String> {
         let bytes = (self.resolve)(name)?;
         EnvironmentMap::decode(&self.path(name), &bytes).map_err(|error| error.to_string())

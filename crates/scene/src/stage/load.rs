@@ -1,7 +1,7 @@
 //! From a stage file to a scene: the model that it names, with what it changes.
 
 use super::keys::{DECALS, MATERIALS, OVERLAY, PARTICLES, SIMULATIONS, WATER};
-use super::light_files::{Found, InFolder, Light, LightFiles};
+use super::light_files::{InFolder, Light, LightFiles, ResolvedFiles};
 use super::{Stage, decals, document, materials::MAPS, overlay::FILES, simulations, table::Source, value, water};
 use crate::formats;
 use crate::gltf_file::{LoadError, Loaded, read_file};
@@ -93,7 +93,7 @@ pub fn load_bytes(
     let text = std::str::from_utf8(bytes).map_err(|_| io(NO_TEXT.into()))?;
     let stage = Stage::parse(name, text)?;
     let folder = Path::new(name).parent().unwrap_or(Path::new(""));
-    let light = stage.light_files.read(&stage.source, &mut Found { folder, resolve: &mut *resolve })?;
+    let light = stage.light_files.read(&stage.source, &mut ResolvedFiles { folder, resolve: &mut *resolve })?;
     if stage.model().starts_with(DEMO) {
         return with_model(stage, light, |_, _| None, resolve);
     }
