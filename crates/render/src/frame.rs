@@ -4,6 +4,7 @@ mod glass;
 mod monitors;
 mod picture;
 
+use glass::Translucent;
 pub use monitors::{Monitored, darken_monitor, monitor_passes};
 pub use picture::{
     Means, Picture, Tint, effect_passes, enlarged_passes, exposure_passes, output_passes, temporal_passes,
@@ -17,7 +18,7 @@ use crate::environment::lobe::{Lobe, LobeTable};
 use crate::environment::tiles::Tile as EnvironmentTile;
 use crate::fisheye::FisheyeLens;
 use crate::fog::{FogMode, FogSettings};
-use crate::gbuffer::{Gbuffer, LightTarget, RADIANCE, ViewOutputs};
+use crate::gbuffer::{Gbuffer, LightTarget, ViewOutputs};
 use crate::ground::GroundMap;
 use crate::lights::LightCulling;
 use crate::mirror_picture::MirrorPicture;
@@ -44,7 +45,7 @@ use crate::shader::program::ProgramError;
 use crate::shadows::FrameShadows;
 use crate::transparency::{Blended, Peel, Side, TransparencyMode};
 use crate::view::CameraStep;
-use manypass_graph::{DepthLoad, Handle, TextureDesc};
+use manypass_graph::{DepthLoad, Handle};
 
 /// What all views of a frame share: the maps of their shadows.
 ///
@@ -470,20 +471,6 @@ fn forward_passes(
     }
 }
 
-/// What surfaces leave that something is seen through.
-struct Translucent {
-    radiance: Handle,
-    depth: Handle,
-    /// How much of the background comes through, if that is none of radiance and there is glass.
-    transmittance: Option<Handle>,
-}
-
-impl Translucent {
-    fn new((radiance, depth): (Handle, Handle), transmittance: Option<Handle>) -> Self {
-        Self { radiance, depth, transmittance }
-    }
-}
-
 /// Surfaces that light comes through, before what lies behind them; then those that alpha covers, of which those behind
 /// come before if each of their fragments is opaque.
 fn translucent_passes(
@@ -519,15 +506,6 @@ fn tint_passes(
     Ok(Some(transmittance::record_tint(r, &transmittance, radiance)?))
 }
 
-/// A picture with mips, of one whose pixels have one sample.
-fn mips_of(r: &mut Recorder<'_, '_>, name: &str, picture: &Handle) -> Result<Handle, ProgramError> {
-    let (width, height) = r.view.size;
-    let desc = TextureDesc { mips: width.max(height).ilog2() + 1, ..TextureDesc::new_2d(width, height, RADIANCE) };
-    let texture = r.texture_of(name.to_owned(), desc);
-    mips::record_of(r, name, picture, &texture)?;
-    Ok(texture)
-}
-
 /// The picture so far with mips, after radiance itself.
 fn behind_passes(
     r: &mut Recorder<'_, '_>,
@@ -535,7 +513,7 @@ fn behind_passes(
     radiance: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
     let (radiance, mean) = resolve::record_between(r, format!("{name}.resolve"), radiance);
-    let behind = mips_of(r, name, mean.as_ref().unwrap_or(&radiance))?;
+    let behind = mips::record_of(r, name, mean.as_ref().unwrap_or(&radiance))?;
     Ok((radiance, behind))
 }
 

@@ -1,14 +1,27 @@
 //! Surfaces that light comes through: layer by layer, the farthest first, each before a picture of all behind it.
 
-use super::{Translucent, mips_of};
 use crate::draws::{Draw, layers_of_glass};
 use crate::environment::Background;
 use crate::passes::forward::GlassLayer;
-use crate::passes::{forward, glass, linear_depth, resolve, transmittance};
+use crate::passes::{forward, glass, linear_depth, mips, resolve, transmittance};
 use crate::record::Recorder;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use manypass_graph::Handle;
+
+/// What surfaces leave that something is seen through.
+pub(super) struct Translucent {
+    pub radiance: Handle,
+    pub depth: Handle,
+    /// How much of the background comes through, if that is none of radiance and there is glass.
+    pub transmittance: Option<Handle>,
+}
+
+impl Translucent {
+    pub fn new((radiance, depth): (Handle, Handle), transmittance: Option<Handle>) -> Self {
+        Self { radiance, depth, transmittance }
+    }
+}
 
 /// The distances of the nearest surfaces that light comes through.
 pub(super) fn nearest_transmissive(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
@@ -68,7 +81,7 @@ fn layer_passes(
     let fog = &settings.fog;
     let (radiance, mean) = resolve::record_between(r, format!("behind{suffix}.resolve"), radiance);
     let so_far = mean.as_ref().unwrap_or(&radiance);
-    let behind = mips_of(r, &format!("behind{suffix}"), so_far)?;
+    let behind = mips::record_of(r, &format!("behind{suffix}"), so_far)?;
     // A background that is none of radiance is laid behind the picture at its end.
     let is_apart = settings.background.source != Background::Environment;
     let uncovered = match transmittance {
@@ -81,7 +94,7 @@ fn layer_passes(
     let Some(uncovered) = uncovered else { return Ok(Translucent { radiance, depth, transmittance: None }) };
     let name = format!("transmittance.behind{suffix}");
     let (uncovered, mean) = resolve::record_between(r, format!("{name}.resolve"), uncovered);
-    let behind = mips_of(r, &name, mean.as_ref().unwrap_or(&uncovered))?;
+    let behind = mips::record_of(r, &name, mean.as_ref().unwrap_or(&uncovered))?;
     let layer = GlassLayer { behind: Some(&behind), ..layer };
     let transmittance = forward::record_transmittance(r, fog, layer, uncovered, &depth)?;
     Ok(Translucent { radiance, depth, transmittance: Some(transmittance) })

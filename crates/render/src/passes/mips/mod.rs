@@ -4,11 +4,12 @@
 //! Source: what transmission is seen before in KHR_materials_transmission, with tents in place of boxes. Reads: radiance or
 //! the first level. Writes: the levels.
 
+use crate::gbuffer::RADIANCE;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
-use manypass_graph::{ColorLoad, Handle};
+use manypass_graph::{ColorLoad, Handle, TextureDesc};
 
 /// What a texel of a level is the mean of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -27,14 +28,18 @@ struct Mips {
     step: Vec4,
 }
 
-/// Records the passes that draw all levels of `texture` by tents, the first of `picture`, under names that begin with
-/// `name`.
+/// Records the passes that draw a texture with all levels by tents, the first of `picture`, under names that begin with
+/// `name`. `picture` has the size of the view, and one sample a pixel.
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_of(r: &mut Recorder<'_, '_>, name: &str, picture: &Handle, texture: &Handle) -> Result<(), ProgramError> {
-    record_level(r, name, (texture, 0, Filter::Tent), Some(picture))?;
-    record(r, name, Filter::Tent, texture)
+pub fn record_of(r: &mut Recorder<'_, '_>, name: &str, picture: &Handle) -> Result<Handle, ProgramError> {
+    let (width, height) = r.view.size;
+    let desc = TextureDesc { mips: width.max(height).ilog2() + 1, ..TextureDesc::new_2d(width, height, RADIANCE) };
+    let texture = r.texture_of(name.to_owned(), desc);
+    record_level(r, name, (&texture, 0, Filter::Tent), Some(picture))?;
+    record(r, name, Filter::Tent, &texture)?;
+    Ok(texture)
 }
 
 /// Records the passes that draw all levels of `texture` but the first, which is there, under names that begin with
