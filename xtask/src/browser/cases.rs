@@ -30,6 +30,8 @@ pub(super) struct Case {
     /// How far pictures of two rasterizers may differ. Where something is steep but shows no other side, what they
     /// round differently hangs together; twice what was seen is allowed.
     pub tolerance: Tolerance,
+    /// How far apart backends may meter it, in stops.
+    pub exposure_within_stops: f64,
     /// How many frames are drawn one after the other, of which the last one is compared; each goes on from those before it.
     pub frames: u32,
     /// Whether they end in one that stays as it is; otherwise one more is to be another picture.
@@ -78,6 +80,7 @@ const fn case(name: &'static str, model: &'static str, size: (u32, u32)) -> Case
         has_variables: false,
         is_dazzling: false,
         tolerance: Tolerance::RASTERIZERS,
+        exposure_within_stops: 0.02,
         frames: 1,
         settles: false,
         turntable: 0,
@@ -336,10 +339,10 @@ pub(super) static CASES: [Case; 70] = [
     // Soft boxes of the studio, which have edges, in bumpy metal: 50 pixels by 3 to 5 levels.
     Case { tolerance: together(100, 4), ..case("DamagedHelmet", "", SQUARE) },
     // Levels of meshes and of materials that fade into each other. Where a ball ends, two of its levels do, whose
-    // vertices are snapped each for itself: 205 pixels that hang together, nearly all of which show what is beside
-    // them.
+    // vertices are snapped each for itself. Seen twice bent through a ball, a step of depth behind it is several pixels
+    // of the wall: 857 that hang together, nearly all of which show what is beside them.
     Case {
-        tolerance: Tolerance { share: 0.96, share_between: 0.997, mean: 0.75, ..together(410, 16) },
+        tolerance: Tolerance { share: 0.93, share_between: 0.995, mean: 0.9, ..together(1714, 18) },
         ..case("levels", "xtask/browser/levels.stage.toml", WIDE)
     },
     // The ground's shadow is steep along the edge on which the box stands: 73 pixels by 3 levels.
@@ -362,9 +365,15 @@ pub(super) static CASES: [Case; 70] = [
     // Texels of a shadow, refracted and blurred: 44 pixels by 3 to 6 levels.
     Case { tolerance: together(88, 38), ..case("AttenuationTest", "", SQUARE) },
     Case { is_forward: true, ..case("SpecularTest", "", SQUARE) },
-    case("IridescenceSuzanne", "", SQUARE),
-    // Sheen, and glass that refracts colours apart, smooth and rough.
-    case("layers", "xtask/browser/layers.gltf", SQUARE),
+    // Metered at 128 pixels, in the dark but for lamps: mirrored in edges of glass these are a few pixels, which weigh
+    // much. 0.032 stops were seen.
+    Case { exposure_within_stops: 0.06, ..case("IridescenceSuzanne", "", SQUARE) },
+    // Sheen, and glass that refracts colours apart, smooth and rough. Stripes along the edges of balls, twice bent, are
+    // narrower than pixels: 68 by more than 2 levels, one of them between no others.
+    Case {
+        tolerance: Tolerance { share_between: 0.998, ..together(136, 4) },
+        ..case("layers", "xtask/browser/layers.gltf", SQUARE)
+    },
     // Light that comes through from behind, and specular-glossiness, both in a variant.
     // The ground's shadow is steep where they stand: 73 pixels by 3 to 5 levels.
     Case {

@@ -13,9 +13,6 @@ fn difference(a: &Picture, b: &Picture) -> Result<Difference> {
     Ok(compare::difference(a, b, Tolerance::RASTERIZERS.within))
 }
 
-/// Backends may meter a scene this far apart.
-const EXPOSURE_TOLERANCE_STOPS: f64 = 0.02;
-
 /// What is wrong with the exposures that were metered, if anything.
 fn exposure_fault(case: &Case) -> Result<Option<String>> {
     // Of several frames the last one has the last line.
@@ -28,7 +25,7 @@ fn exposure_fault(case: &Case) -> Result<Option<String>> {
     for backend in BACKENDS {
         let path = root().join(format!("target/browser/{}-{backend}-exposure.json", case.name));
         let found = read(path)?["stops"].as_f64();
-        let is_same = native.zip(found).is_some_and(|(a, b)| (a - b).abs() <= EXPOSURE_TOLERANCE_STOPS);
+        let is_same = native.zip(found).is_some_and(|(a, b)| (a - b).abs() <= case.exposure_within_stops);
         if !is_same {
             return Ok(Some(format!("{backend} takes an exposure of {found:?} stops, native {native:?}")));
         }
