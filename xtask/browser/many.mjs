@@ -86,10 +86,11 @@ async function loadInSlices(backend) {
   await init();
   const viewer = await create(document.createElement("canvas"), backend);
   const count = 30000, meshes = Array.from({ length: 40 }, () => ({ primitives: [{ attributes: { POSITION: 0 } }] }));
-  const positions = Float32Array.from({ length: 3 * count }, (_, index) => Math.sin(index * 0.7));
+  // Triangles as small as those of a model that has so many.
+  const positions = Float32Array.from({ length: 3 * count }, (_, index) => Math.sin(Math.floor(index / 9) * 0.7 + index % 3) + 0.01 * Math.sin(index));
   const gltf = {
     asset: { version: "2.0" }, scene: 0, scenes: [{ nodes: meshes.map((_, index) => index) }], nodes: meshes.map((_, mesh) => ({ mesh })), meshes,
-    accessors: [{ bufferView: 0, componentType: 5126, count, type: "VEC3", min: [-1, -1, -1], max: [1, 1, 1] }],
+    accessors: [{ bufferView: 0, componentType: 5126, count, type: "VEC3", min: [-1.01, -1.01, -1.01], max: [1.01, 1.01, 1.01] }],
     bufferViews: [{ buffer: 0, byteLength: positions.byteLength }], buffers: [{ uri: "all.bin", byteLength: positions.byteLength }],
   };
   let isDone = false, turns = 0, longest_ms = 0, last = performance.now();
@@ -119,8 +120,8 @@ export const withMany = (browser, origin, backend) => test(`several viewers on $
   faults.push(...await page.evaluate(backend === "webgpu" ? share : crowd));
   const { turns, longest_ms, whole_ms } = await page.evaluate(loadInSlices, backend);
   console.log(`    a model of 40 meshes on ${backend}: ${whole_ms.toFixed(0)} ms, at most ${longest_ms.toFixed(0)} ms at once, ${turns} turns`);
-  // What comes at once at the end is to find out what the scene holds, and takes most of the time here.
-  if (turns < 5) faults.push(`of ${whole_ms} ms a model takes ${longest_ms} ms at once, in ${turns} turns`);
+  // What comes at once at the end is to find out what the scene holds: a third of the time was seen.
+  if (turns < 5 || longest_ms > 0.7 * whole_ms) faults.push(`of ${whole_ms} ms a model takes ${longest_ms} ms at once, in ${turns} turns`);
   faults.push(...noise.filter((line) => !/CONTEXT_LOST_WEBGL|Too many active WebGL contexts|[Dd]evice.*(lost|destroyed)/.test(line)));
   console.log(`    several viewers on ${backend}: ${(performance.now() - started).toFixed(0)} ms`);
   await page.close();
