@@ -39,6 +39,8 @@ const TILE: i32 = 8;
 const TILES: i32 = 4;
 // By how much the pixels of half the size and the mean of nine of them widen the square of a disk's radius.
 const SMOOTHED: f32 = 2.3;
+// So much brighter than the disk of a pixel is a smaller one behind what is sharp, at most.
+const DENSER_MAX: f32 = 4.0;
 // What has no surface counts as so far away.
 const FARTHEST_M: f32 = 1e12;
 
@@ -59,32 +61,39 @@ fn radius_at(pixel: vec2i) -> f32 {
     return clamp(radius_px, -dof.radius_max_px, dof.radius_max_px);
 }
 
-// The radius at half size: that of the nearest of four pixels, in pixels of that size.
+// How much of a pixel a disk of half the size is made of, by the radii of four of them: of those that are about as blurred
+// as the nearest of them.
+fn shares_of(radii: vec4f) -> vec4f {
+    let nearest = min(min(radii.x, radii.y), min(radii.z, radii.w));
+    return clamp(vec4f(2.0 + 0.25 * abs(nearest) + nearest) - radii, vec4f(0.0), vec4f(1.0));
+}
+
+fn radii_from(first: vec2i) -> vec4f {
+    return vec4f(
+        radius_at(first),
+        radius_at(first + vec2i(1, 0)),
+        radius_at(first + vec2i(0, 1)),
+        radius_at(first + 1),
+    );
+}
+
+// The radius at half size: that of the nearest of four pixels, in pixels of that size; and how much of the texel is so
+// blurred, which is as much light as its disk has.
 @fragment
 fn fs_circles(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let first = 2 * vec2i(position.xy);
-    var nearest = 1000.0;
-    for (var i = 0; i < 4; i++) {
-        nearest = min(nearest, radius_at(first + vec2i(i & 1, i >> 1u)));
-    }
-    return vec4f(0.5 * nearest, 0.0, 0.0, 1.0);
+    let radii = radii_from(2 * vec2i(position.xy));
+    let nearest = min(min(radii.x, radii.y), min(radii.z, radii.w));
+    return vec4f(0.5 * nearest, dot(shares_of(radii), vec4f(0.25)), 0.0, 1.0);
 }
 
 // The mean of those of four pixels that are about as blurred as the nearest of them.
 @fragment
 fn fs_small(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let first = 2 * vec2i(position.xy);
-    let radii = vec4f(
-        radius_at(first),
-        radius_at(first + vec2i(1, 0)),
-        radius_at(first + vec2i(0, 1)),
-        radius_at(first + 1),
-    );
-    let nearest = min(min(radii.x, radii.y), min(radii.z, radii.w));
-    let weights = clamp(vec4f(2.0 + 0.25 * abs(nearest) + nearest) - radii, vec4f(0.0), vec4f(1.0));
-    let sum = radiance_at(first) * weights.x + radiance_at(first + vec2i(1, 0)) * weights.y
-        + radiance_at(first + vec2i(0, 1)) * weights.z + radiance_at(first + 1) * weights.w;
-    return sum / dot(weights, vec4f(1.0));
+    let shares = shares_of(radii_from(first));
+    let sum = radiance_at(first) * shares.x + radiance_at(first + vec2i(1, 0)) * shares.y
+        + radiance_at(first + vec2i(0, 1)) * shares.z + radiance_at(first + 1) * shares.w;
+    return sum / dot(shares, vec4f(1.0));
 }
 
 fn inside(pixel: vec2i, image: texture_2d<f32>) -> vec2i {
@@ -145,21 +154,25 @@ fn direction(i: u32, turn: f32) -> vec2f {
 @fragment
 fn fs_far(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = vec2i(position.xy);
-    let own = textureLoad(circles, pixel, 0).r;
+    let disk = textureLoad(circles, pixel, 0);
+    let own = disk.r;
     let here = textureLoad(small, pixel, 0);
     let turn = turn_at(position.xy);
     // Something sharp, too, knows what is around it, because pixels between are interpolated.
     let radius = max(gathered(abs(own)), 1.5);
     let is_behind = own > 0.25;
-    var sum = select(vec4f(0.0), here, is_behind);
-    var weights = select(0.0, 1.0, is_behind);
+    var weights = select(0.0, disk.g, is_behind);
+    var sum = here * weights;
     for (var i = 0u; i < dof.taps; i++) {
         let distance = radius * sqrt((f32(i) + 0.5) / f32(dof.taps));
         let place = inside(vec2i(floor(position.xy + distance * direction(i, turn))), circles);
-        let other = textureLoad(circles, place, 0).r;
+        let found = textureLoad(circles, place, 0);
+        let other = found.r;
         // Behind: as far as its own disk reaches. In front: whatever is not in front.
         let reaches = clamp(other - distance + 1.0, 0.0, 1.0) * step(0.25, other);
-        let weight = select(reaches, step(-0.25, other), own < -0.25);
+        // A smaller disk leaves more light in each of its pixels; so much more that chance does not show.
+        let density = clamp(pow(radius / (max(other, 0.0) + 0.5), 2.0), 1.0, DENSER_MAX);
+        let weight = select(reaches * density, step(-0.25, other), own < -0.25) * found.g;
         sum += textureLoad(small, place, 0) * weight;
         weights += weight;
     }
@@ -183,11 +196,12 @@ fn fs_near(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let part = (f32(i) + 0.5) / f32(dof.taps);
         let distance = radius * part;
         let place = inside(vec2i(floor(position.xy + distance * direction(i, turn))), circles);
-        let other = -textureLoad(circles, place, 0).r;
+        let found = textureLoad(circles, place, 0);
+        let other = -found.r;
         let size = gathered(other);
         // What this disk leaves in a pixel: its light is spread over its area.
         let ring = 2.0 * radius * radius * part / f32(dof.taps) / (size * size);
-        let weight = ring * clamp(size - distance + 0.5, 0.0, 1.0) * blurred(max(other, 0.0));
+        let weight = ring * clamp(size - distance + 0.5, 0.0, 1.0) * blurred(max(other, 0.0)) * found.g;
         sum += textureLoad(small, place, 0) * weight;
         weights += weight;
     }
