@@ -82,10 +82,10 @@ pub fn adapters(as_json: bool) -> Result<(), Failure> {
 /// An input that cannot be read.
 pub fn info(argument: &OsStr, scene: Option<&str>, as_json: bool) -> Result<(), Failure> {
     let input = one(argument)?;
-    let Opened { scene: mut loaded, mut warnings, stage } = input.load()?;
+    let Opened { scene: mut loaded, mut warnings, .. } = input.load()?;
     scenes::show(&mut loaded, scene, &mut warnings)?;
     // As `render` draws it.
-    let has_moved = stage.is_none() && loaded.bring_near();
+    let has_moved = loaded.bring_near();
     warnings.extend(has_moved.then(|| loaded.bounds_of_meshes().far_warning()).flatten());
     let value = describe(&input.name(), &loaded, warnings)?;
     list(&if as_json { format!("{value:#}\n") } else { as_text(&value) })

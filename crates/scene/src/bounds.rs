@@ -64,6 +64,15 @@ impl Aabb {
         self.radius_m() > 0.0 && distance_m.is_finite() && distance_m > AWAY_RADII * self.radius_m()
     }
 
+    /// Whether so much room lies between the boxes for their size that in a picture of both neither is more than a few
+    /// pixels large.
+    pub fn is_far_from(&self, other: &Self) -> bool {
+        let radius_m = self.radius_m().max(other.radius_m());
+        let distance_m = self.center().distance(other.center());
+        let are_there = !self.is_empty() && !other.is_empty();
+        are_there && radius_m > 0.0 && distance_m.is_finite() && distance_m > AWAY_RADII * radius_m
+    }
+
     /// What is said of a box so far from the origin that the rounding of its positions, which are 32-bit floats, shows
     /// in a picture of it.
     pub fn far_warning(&self) -> Option<String> {
