@@ -16,6 +16,8 @@ impl Scene {
             return false;
         }
         self.move_origin(self.origin_m + bounds.center());
+        // The box was rounded as everything was.
+        self.move_origin(self.origin_m + self.posed_bounds_world().center());
         true
     }
 
@@ -60,8 +62,9 @@ impl Scene {
 
     /// Whether a box around what is drawn lies away from the origin of world space. Rounding there may have left
     /// nothing of its extent.
-    fn is_away(&self, bounds: &Aabb) -> bool {
-        let is_point = bounds.radius_m() == 0.0 && bounds.center() != Vec3::ZERO;
+    pub(crate) fn is_away(&self, bounds: &Aabb) -> bool {
+        let distance_m = bounds.center().length();
+        let is_point = bounds.radius_m() == 0.0 && distance_m > 0.0 && distance_m.is_finite();
         bounds.is_away() || is_point && self.bounds_of_meshes().radius_m() > 0.0
     }
 
