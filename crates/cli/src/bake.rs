@@ -178,6 +178,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let (settings, _) = chosen.settings(Settings::default(), stage.as_ref())?;
     warnings.extend(Surroundings::new(None).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
+    wanted.bring_near(&mut scene);
     let mode = if wanted.as_emission() { Some("baked") } else { args.lights.as_deref() };
     if let Some(mode) = mode.and_then(LightMode::named) {
         set_modes(&mut scene, &mut parts, mode);

@@ -73,6 +73,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     };
     warnings.extend(Surroundings::new(session::cache(!args.cache.no_cache)).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
+    scenes::bring_near(&mut scene, &settings);
     let load_ms = ms_since(load_started);
     let upload_started = Instant::now();
     renderer.limit_textures(settings.textures.max_px);

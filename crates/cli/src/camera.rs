@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::listing::choices;
-use glam::{Mat4, Quat, Vec3};
+use glam::{DVec3, Mat4, Quat, Vec3};
 use manypass_scene::framing::{self, Framing, look_along, orbit_rotation};
 use manypass_scene::{Projection, Scene};
 
@@ -21,14 +21,14 @@ pub enum Place {
     Named(String),
     /// A camera of the file, by index.
     OfFile(usize),
-    /// At a point.
-    Eye(Vec3),
+    /// At a point, in metres. Far from the origin a 32-bit float would be too coarse.
+    Eye(DVec3),
     /// At a point, turned from looking along −Z with +Y up.
     Posed {
         /// To the world from the camera.
         rotation: Quat,
-        /// Where it is.
-        eye: Vec3,
+        /// Where it is, in metres.
+        eye: DVec3,
     },
     /// Around the target.
     Orbit {
@@ -46,8 +46,8 @@ pub enum Place {
 pub struct CameraSpec {
     /// Where it is.
     pub place: Place,
-    /// What it looks at; none is the middle of the model, or where a camera that is there looks.
-    pub target: Option<Vec3>,
+    /// What it looks at, in metres; none is the middle of the model, or where a camera that is there looks.
+    pub target: Option<DVec3>,
     /// What is up; none is +Y, or the up of a camera that is there.
     pub up: Option<Vec3>,
     /// Vertical, in radians; none is 45°, or that of a camera that is there.
@@ -65,12 +65,18 @@ pub struct CameraSpec {
 impl CameraSpec {
     /// The same of a scene whose world has its origin at a point of the file's space, in which the camera is asked for.
     pub fn in_world_at(&self, origin_m: Vec3) -> Self {
+        let origin_m = origin_m.as_dvec3();
         let place = match self.place {
             Place::Eye(eye) => Place::Eye(eye - origin_m),
             Place::Posed { rotation, eye } => Place::Posed { rotation, eye: eye - origin_m },
             _ => self.place.clone(),
         };
         Self { place, target: self.target.map(|target| target - origin_m), ..self.clone() }
+    }
+
+    /// What a camera looks at that is asked for in world space ([`Self::in_world_at`]).
+    pub fn target_world(&self) -> Option<Vec3> {
+        self.target.map(|target| target.as_vec3())
     }
 }
 
@@ -113,8 +119,12 @@ pub fn resolve(
     };
     let up = spec.up.unwrap_or(Vec3::Y).normalize_or(Vec3::Y);
     let (rotation, eye) = match place {
-        Place::Eye(eye) => (look(spec.target.unwrap_or_else(|| framing.center_world()) - eye, up)?, eye),
-        Place::Posed { rotation, eye } => (rotation, eye),
+        Place::Eye(eye) => {
+            // Before rounding: a camera can stand near its target, and both far away.
+            let target = spec.target.unwrap_or_else(|| framing.center_world().as_dvec3());
+            (look((target - eye).as_vec3(), up)?, eye.as_vec3())
+        }
+        Place::Posed { rotation, eye } => (rotation, eye.as_vec3()),
         Place::Orbit { yaw_deg, pitch_deg, radius_m } => {
             let orbit = Orbit { yaw_deg, pitch_deg, radius_m, up };
             (orbit_rotation(yaw_deg + turn_deg, pitch_deg, up), orbit.eye(spec, framing, aspect, turn_deg))
@@ -180,7 +190,7 @@ fn changed(
 ) -> Result<(Mat4, Projection), Failure> {
     let (eye, back) = (world_from_view.w_axis.truncate(), world_from_view.z_axis.truncate());
     let world_from_view = if spec.target.is_some() || spec.up.is_some() {
-        let direction = spec.target.map_or(-back, |target| target - eye);
+        let direction = spec.target_world().map_or(-back, |target| target - eye);
         let up = spec.up.unwrap_or(Vec3::Y).normalize_or(Vec3::Y);
         Mat4::from_rotation_translation(look(direction, up)?, eye)
     } else {
@@ -225,7 +235,7 @@ struct Orbit {
 impl Orbit {
     /// Where the camera stands. Without a radius, everything is in the picture; without a target, in its middle.
     fn eye(&self, spec: &CameraSpec, framing: &Framing, aspect: f32, turn_deg: f32) -> Vec3 {
-        let target = spec.target.unwrap_or_else(|| framing.center_world());
+        let target = spec.target_world().unwrap_or_else(|| framing.center_world());
         let start = orbit_rotation(self.yaw_deg, self.pitch_deg, self.up);
         let half_extent = lens(spec).half_extent(aspect);
         let fit = if spec.turns { framing.turning(target, self.up) } else { framing.fit() };

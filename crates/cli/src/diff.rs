@@ -23,7 +23,7 @@ use manypass_flip::{ErrorMap, Exposures, FlipError, hdr, ldr};
 use manypass_offline::decode::Light;
 use manypass_offline::{AovLayer, CameraData, atomic};
 use manypass_scene::formats::is_model;
-use models::Models;
+use models::{Models, Placement};
 use source::Source;
 use std::path::Path;
 use variables::Variables;
@@ -48,6 +48,7 @@ struct Comparison {
 struct Compared {
     layers: [Vec<AovLayer>; 2],
     camera: CameraData,
+    placement: Placement,
     variables: Variables,
 }
 
@@ -110,8 +111,8 @@ fn compare(a: Source, b: Source, pixels_per_degree: f32) -> Result<Comparison, F
 
 fn compare_models(models: Models, pixels_per_degree: f32) -> Result<Comparison, Failure> {
     let variables = variables::compare(&models);
-    let Models { a, b, layers, camera, .. } = models;
-    let compared = Compared { layers, camera, variables };
+    let Models { a, b, layers, camera, placement, .. } = models;
+    let compared = Compared { layers, camera, placement, variables };
     Ok(Comparison { models: Some(compared), ..compare(a, b, pixels_per_degree)? })
 }
 

@@ -38,6 +38,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
         preset.prepare(&mut scene, &mut settings);
     }
     scenes::show(&mut scene, args.frame.scene.as_deref(), &mut warnings)?;
+    scenes::bring_near(&mut scene, &settings);
     scene.variant = looks::variant(&scene, args.frame.variant.as_deref())?;
     let floor = args.limits.as_deref().and_then(Floor::named);
     let mut renderer = match floor {

@@ -82,10 +82,10 @@ pub fn adapters(as_json: bool) -> Result<(), Failure> {
 /// An input that cannot be read.
 pub fn info(argument: &OsStr, scene: Option<&str>, as_json: bool) -> Result<(), Failure> {
     let input = one(argument)?;
-    let Opened { scene: mut loaded, mut warnings, stage } = input.load()?;
+    let Opened { scene: mut loaded, mut warnings, .. } = input.load()?;
     scenes::show(&mut loaded, scene, &mut warnings)?;
     // As `render` draws it.
-    let has_moved = stage.is_none() && loaded.bring_near();
+    let has_moved = loaded.bring_near();
     warnings.extend(has_moved.then(|| loaded.bounds_of_meshes().far_warning()).flatten());
     let value = describe(&input.name(), &loaded, warnings)?;
     list(&if as_json { format!("{value:#}\n") } else { as_text(&value) })
@@ -115,7 +115,7 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
     // As it is posed; what is drawn by boxes alone, such as a scene without vertices, has none.
     let bounds = if scene.bounds_world().is_empty() { Aabb::EMPTY } else { *framing.bounds_world() };
     warnings.extend(bounds.far_warning());
-    let in_file = |place: Vec3| (place + scene.origin_m).to_array();
+    let in_file = |place: Vec3| (place.as_dvec3() + scene.origin_m.as_dvec3()).to_array();
     let bounds = (!bounds.is_empty()).then(|| json!({ "min": in_file(bounds.min), "max": in_file(bounds.max) }));
     Ok(json!({
         "input": name,

@@ -1,8 +1,19 @@
-//! Which scene of a file is shown.
+//! Which scene of a file is shown, and where.
 
 use crate::failure::{Failure, Kind};
 use crate::listing::choices;
+use manypass::Settings;
 use manypass_scene::Scene;
+
+/// Draws near the origin what lies far from it for its size ([`Scene::bring_near`]); gives whether it has moved.
+pub fn bring_near(scene: &mut Scene, settings: &Settings) -> bool {
+    may_move(settings) && scene.bring_near()
+}
+
+/// Whether nothing of the settings is placed in the space of the file, as the height of fog is.
+pub fn may_move(settings: &Settings) -> bool {
+    settings.fog.scale_height_m <= 0.0
+}
 
 /// Shows the scene that is asked for by name or index; without one, the scene that the file names stays. What was
 /// warned of the latter goes, and the same is said of the former.

@@ -70,7 +70,7 @@ pub fn has_waves(scene: &Scene) -> bool {
 /// What `camera.focus_m` is where nobody says: the distance of what the camera is told to look at, or else of the middle
 /// of everything over the whole animation, so that a sequence keeps its focus.
 pub fn focus_m(scene: &Scene, framing: &Framing, look: &Look, camera: &View) -> f32 {
-    let target = look.camera.in_world_at(scene.origin_m).target;
+    let target = look.camera.in_world_at(scene.origin_m).target_world();
     let target_m = target.map(|target| camera.distance_m(target)).filter(|distance_m| *distance_m > 0.0);
     target_m.unwrap_or_else(|| camera.automatic_focus_m(framing.bounds_world()))
 }

@@ -206,68 +206,6 @@ fn models_of_any_format_can_be_named_wherever_gltf_can() {
     assert!(error.starts_with("error: cut.stl: byte 80: the header counts") && error.contains("\nhint: "), "{error}");
 }
 
-/// A house of 12 m around a point, with its ridge along x and a dormer.
-fn house(offset: [f64; 3]) -> String {
-    let corners = [[-6.0, -4.0], [6.0, -4.0], [6.0, 4.0], [-6.0, 4.0]];
-    let walls = [-3.5, 1.0].into_iter().flat_map(|height| corners.map(|[x, z]| [x, height, z]));
-    let roof = [[-6.0, 3.5, 0.0], [6.0, 3.5, 0.0]];
-    let dormer = [[-1.07, 1.63, 3.11], [1.07, 1.63, 3.11], [0.0, 3.12, 3.11]];
-    let places = walls.chain(roof).chain(dormer);
-    let line =
-        |place: [f64; 3]| format!("v {} {} {}\n", place[0] + offset[0], place[1] + offset[1], place[2] + offset[2]);
-    let faces = "f 1 5 6 2\nf 2 6 7 3\nf 3 7 8 4\nf 4 8 5 1\nf 5 9 10 6\nf 7 10 9 8\nf 6 10 7\nf 8 9 5\nf 11 12 13\n";
-    places.map(line).collect::<String>() + faces
-}
-
-#[test]
-fn a_house_at_utm_coordinates_looks_as_at_the_origin() {
-    let folder = Folder::new("formats-far");
-    let offset = [432_100.0, 210.5, -5_512_345.0];
-    folder.write("near.obj", house([0.0; 3]).as_bytes());
-    folder.write("far.obj", house(offset).as_bytes());
-    let info = |name: &str| -> serde_json::Value {
-        serde_json::from_str(&run_in(&folder, &["info", name, "--json"]).expect(0).text()).expect("JSON")
-    };
-    let (near, far) = (info("near.obj"), info("far.obj"));
-    assert_eq!(far["warnings"], serde_json::json!([]));
-    let number = |value: &serde_json::Value| value.as_f64().expect("a number");
-    for (axis, offset) in offset.into_iter().enumerate() {
-        let eyes = [&near, &far].map(|info| number(&info["automatic_camera"]["eye_world_m"][axis]));
-        assert!((eyes[1] - eyes[0] - offset).abs() < 1e-4, "{eyes:?}");
-        let least = [&near, &far].map(|info| number(&info["bounds_m"]["min"][axis]));
-        assert_eq!(least[1] - least[0], offset);
-    }
-    if has_adapter() {
-        let drawn = |name: &str| {
-            let run =
-                run_in(&folder, &[&["render", name, "-o", "-", "--format", "png"][..], &SMALL].concat()).expect(0);
-            assert!(!run.stderr.contains("warning"), "{}", run.stderr);
-            picture(&run.stdout)
-        };
-        let (near, far) = (drawn("near.obj"), drawn("far.obj"));
-        assert_eq!(difference(&near, &far, 1).share, 1.0);
-    }
-}
-
-#[test]
-fn coarse_positions_far_from_the_origin_are_warned_of() {
-    let folder = Folder::new("formats-coarse");
-    let facet = |x: f32| {
-        let corners = format!("vertex {x} 0 0\nvertex {} 0 0\nvertex {x} 1 0\n", x + 1.0);
-        format!("solid a\nfacet normal 0 0 1\nouter loop\n{corners}endloop\nendfacet\nendsolid a\n")
-    };
-    folder.write("far.stl", facet(500_000.0).as_bytes());
-    folder.write("near.stl", facet(50.0).as_bytes());
-    let said = |run: common::Run| run.text() + &run.stderr;
-    let warning = "it lies 500000 m from the origin and is 1.41 m across: positions there are rounded to 0.0312 m";
-    assert!(said(run_in(&folder, &["info", "far.stl", "--json"]).expect(0)).contains(warning));
-    assert!(!said(run_in(&folder, &["info", "near.stl", "--json"]).expect(0)).contains("from the origin"));
-    if has_adapter() {
-        let run = run_in(&folder, &[&["render", "far.stl"][..], &SMALL].concat()).expect(0);
-        assert!(run.stderr.contains(&format!("warning: far.stl: {warning}")), "{}", run.stderr);
-    }
-}
-
 #[test]
 fn files_that_an_obj_names_are_not_replaced() {
     let folder = Folder::new("formats-named");

@@ -11,6 +11,12 @@ const FAR_RADII: f32 = 10_000.0;
 /// rounded to 1/100,000 of the half diagonal, of which nothing is seen yet.
 const AWAY_RADII: f32 = 100.0;
 
+/// Whether something of a size lies so far away for it that it is better told from its middle.
+pub(crate) fn is_away(distance_m: f32, radius_m: f32) -> bool {
+    // A point loses nothing.
+    radius_m > 0.0 && distance_m.is_finite() && distance_m > AWAY_RADII * radius_m
+}
+
 /// A number with three digits that stand for all.
 fn rounded(value: f32) -> f64 {
     format!("{value:.2e}").parse().unwrap_or_default()
@@ -59,9 +65,14 @@ impl Aabb {
 
     /// Whether the box lies so far from the origin for its size that what is in it is better told from its middle.
     pub fn is_away(&self) -> bool {
-        let distance_m = self.center().length();
-        // A point loses nothing.
-        self.radius_m() > 0.0 && distance_m.is_finite() && distance_m > AWAY_RADII * self.radius_m()
+        is_away(self.center().length(), self.radius_m())
+    }
+
+    /// Whether so much room lies between the boxes for their size that in a picture of both neither is more than a few
+    /// pixels large.
+    pub fn is_far_from(&self, other: &Self) -> bool {
+        let distance_m = self.center().distance(other.center());
+        !self.is_empty() && !other.is_empty() && is_away(distance_m, self.radius_m().max(other.radius_m()))
     }
 
     /// What is said of a box so far from the origin that the rounding of its positions, which are 32-bit floats, shows

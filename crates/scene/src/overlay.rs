@@ -33,6 +33,20 @@ pub struct Overlay {
     pub items: Vec<OverlayItem>,
 }
 
+impl Overlay {
+    /// Moves what is at points of world space, in metres; places of the picture and of nodes stay.
+    pub fn move_by(&mut self, by_m: Vec3) {
+        for item in &mut self.items {
+            if let PlaceOf::World(position_world) = &mut item.place.of {
+                *position_world += by_m;
+            }
+            if let OverlayShape::Line(OverlayLine { points: LinePoints::World(points_world), .. }) = &mut item.shape {
+                points_world.iter_mut().for_each(|point_world| *point_world += by_m);
+            }
+        }
+    }
+}
+
 /// Something that is drawn over the picture.
 #[derive(Clone, Debug)]
 pub struct OverlayItem {

@@ -1,6 +1,7 @@
 //! What goes to JavaScript and comes from it: the types of the page's interface, and values of them.
 
 use crate::camera::Orbit;
+use glam::Vec3;
 use std::collections::BTreeMap;
 use wasm_bindgen::prelude::*;
 
@@ -164,20 +165,24 @@ pub fn object(entries: &[(&str, JsValue)]) -> JsValue {
     object.into()
 }
 
-/// An orbit from JavaScript; what is missing, or no number, is taken from `start`.
-pub fn read_orbit(value: &JsValue, start: Orbit) -> Orbit {
+/// An orbit from JavaScript, whose target is told in the space of a file in which world space has its origin at
+/// `origin_m`; what is missing, or no number, is taken from `start`.
+pub fn read_orbit(value: &JsValue, start: Orbit, origin_m: Vec3) -> Orbit {
     let number = |object: &JsValue, key: &JsValue| {
-        js_sys::Reflect::get(object, key).ok()?.as_f64().map(|n| n as f32).filter(|n| n.is_finite())
+        js_sys::Reflect::get(object, key).ok()?.as_f64().filter(|n| (*n as f32).is_finite())
     };
+    let small = |key: &str| number(value, &key.into()).map(|n| n as f32);
     let target = js_sys::Reflect::get(value, &"target".into()).unwrap_or(JsValue::UNDEFINED);
     let mut target_world = start.target_world;
     for axis in 0..3 {
-        target_world[axis as usize] = number(&target, &axis.into()).unwrap_or(target_world[axis as usize]);
+        if let Some(place_m) = number(&target, &axis.into()) {
+            target_world[axis as usize] = (place_m - f64::from(origin_m[axis as usize])) as f32;
+        }
     }
     Orbit {
-        yaw_deg: number(value, &"yaw".into()).unwrap_or(start.yaw_deg),
-        pitch_deg: number(value, &"pitch".into()).unwrap_or(start.pitch_deg),
-        radius_m: number(value, &"radius".into()).filter(|m| *m > 0.0).unwrap_or(start.radius_m),
+        yaw_deg: small("yaw").unwrap_or(start.yaw_deg),
+        pitch_deg: small("pitch").unwrap_or(start.pitch_deg),
+        radius_m: small("radius").filter(|m| *m > 0.0).unwrap_or(start.radius_m),
         target_world,
     }
 }

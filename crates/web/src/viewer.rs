@@ -116,6 +116,7 @@ impl Viewer {
         if options.simplifies() {
             warnings.extend(scene.simplify());
         }
+        let has_moved = scene.bring_near();
         let (effects, budget) = (self.compiled(&options)?, options.budget()?);
         // A model that fails must not leave the former one half replaced.
         self.scene = None;
@@ -128,7 +129,9 @@ impl Viewer {
         self.warnings = warnings;
         self.warnings.extend(self.renderer.warnings());
         self.framing = Framing::of_scene(&scene);
-        self.warnings.extend(self.framing.bounds_world().far_warning());
+        // What was moved is as fine as the numbers of its meshes.
+        let bounds = if has_moved { scene.bounds_of_meshes() } else { *self.framing.bounds_world() };
+        self.warnings.extend(bounds.far_warning());
         self.of_stage = scene.overlay.clone();
         self.scene = Some(scene);
         Ok(())
@@ -207,7 +210,8 @@ impl Viewer {
     pub fn set_overlay(&mut self, items: OverlayItems, resources: Option<Resources>) -> Result<(), JsError> {
         let scene = self.scene.as_mut().ok_or_else(|| JsError::new("load a model first"))?;
         let text = overlay::text_of(&items.into())?;
-        let own = stage::read_overlay("the overlay", &text, scene, &mut resolver(resources))?;
+        let mut own = stage::read_overlay("the overlay", &text, scene, &mut resolver(resources))?;
+        own.move_by(-scene.origin_m);
         scene.overlay = Overlay { items: self.of_stage.items.iter().cloned().chain(own.items).collect() }.into();
         Ok(())
     }
@@ -351,8 +355,10 @@ impl Viewer {
     /// The orbit from which a user sets out: where the model's first camera stands, or else around the whole model.
     #[wasm_bindgen(js_name = startOrbit)]
     pub fn start_orbit(&self) -> Option<OrbitObject> {
-        let orbit = camera::start(self.scene.as_ref()?, &self.framing, self.canvas.aspect());
-        let target = js_sys::Float32Array::from(orbit.target_world.to_array().as_slice());
+        let scene = self.scene.as_ref()?;
+        let orbit = camera::start(scene, &self.framing, self.canvas.aspect());
+        let target = orbit.target_world.as_dvec3() + scene.origin_m.as_dvec3();
+        let target = js_sys::Float64Array::from(target.to_array().as_slice());
         let entries: [(&str, JsValue); 4] = [
             ("yaw", orbit.yaw_deg.into()),
             ("pitch", orbit.pitch_deg.into()),

@@ -110,6 +110,14 @@ impl Wanted {
 }
 
 impl Wanted {
+    /// Draws near the origin what lies far from it for its size, if only maps are baked: these lie on surfaces, and all
+    /// else is written with its place in the file's space.
+    pub fn bring_near(&self, scene: &mut Scene) {
+        if self.probes.is_none() && self.surroundings.is_none() {
+            scene.bring_near();
+        }
+    }
+
     /// The surroundings of a scene without their pictures: those that a stage or the file has, else, where they are asked for,
     /// a room that the whole scene is.
     pub fn places(&self, scene: &Scene) -> Vec<Surroundings> {

@@ -47,12 +47,12 @@ fn the_whole_model_fits_into_narrow_and_wide_pictures() {
 #[test]
 fn eye_looks_at_the_target_even_straight_down() {
     for eye in [Vec3::new(3.0, 2.0, 1.0), Vec3::new(0.0, 4.0, 0.0)] {
-        let spec = CameraSpec { place: Place::Eye(eye), ..CameraSpec::default() };
+        let spec = CameraSpec { place: Place::Eye(eye.as_dvec3()), ..CameraSpec::default() };
         let (view, _) = resolve(&spec, &unit_scene(), &unit_framing(), 1.0, 0.0).expect("camera");
         assert!((-view.z_axis.truncate()).abs_diff_eq(-eye.normalize(), 1e-5));
         assert!((view.determinant() - 1.0).abs() < 1e-4);
     }
-    let spec = CameraSpec { place: Place::Eye(Vec3::ZERO), ..CameraSpec::default() };
+    let spec = CameraSpec { place: Place::Eye(DVec3::ZERO), ..CameraSpec::default() };
     assert_eq!(resolve(&spec, &unit_scene(), &unit_framing(), 1.0, 0.0).expect_err("degenerate").code(), 2);
 }
 
@@ -108,7 +108,7 @@ fn flags_change_the_files_camera_and_leave_the_rest() {
     let (view, projection) = resolved(&CameraSpec { ortho_height_m: Some(3.0), ..spec() }).expect("camera");
     assert_eq!((view, projection), (place, Projection::Orthographic { height_m: 3.0, near_m: 0.1, far_m: 50.0 }));
     let (view, projection) =
-        resolved(&CameraSpec { target: Some(Vec3::new(7.0, 0.0, 0.0)), ..spec() }).expect("camera");
+        resolved(&CameraSpec { target: Some(DVec3::new(7.0, 0.0, 0.0)), ..spec() }).expect("camera");
     let diagonal = Vec3::new(1.0, 0.0, -1.0).normalize();
     assert_eq!((view.w_axis, projection), (place.w_axis, own));
     assert!((-view.z_axis.truncate()).abs_diff_eq(diagonal, 1e-6) && view.y_axis.truncate().abs_diff_eq(Vec3::Y, 1e-6));
@@ -124,10 +124,11 @@ fn a_turntable_keeps_its_distance_and_its_middle() {
     scene.add_node(None, Node { mesh: Some(0), translation: Vec3::new(5.0, 0.0, 0.0), ..Node::default() });
     scene.update_transforms();
     let framing = Framing::of_scene(&scene);
-    for (ortho_height_m, target) in [(None, None), (Some(4.0), None), (None, Some(Vec3::X)), (Some(4.0), Some(Vec3::X))]
+    for (ortho_height_m, target) in
+        [(None, None), (Some(4.0), None), (None, Some(DVec3::X)), (Some(4.0), Some(DVec3::X))]
     {
         let spec = CameraSpec { place: DEFAULT_ORBIT, turns: true, ortho_height_m, target, ..CameraSpec::default() };
-        let middle = target.unwrap_or_else(|| framing.center_world());
+        let middle = spec.target_world().unwrap_or_else(|| framing.center_world());
         let arm = |turn_deg: f32| {
             let (view, _) = resolve(&spec, &scene, &framing, 1.5, turn_deg).expect("camera");
             view.inverse().transform_point3(middle)
@@ -136,5 +137,25 @@ fn a_turntable_keeps_its_distance_and_its_middle() {
             assert!(arm(turn_deg).abs_diff_eq(arm(0.0), 1e-4), "{} {}", arm(turn_deg), arm(0.0));
         }
         assert!(arm(0.0).x.abs() < 1e-4, "the axis is in the middle: {}", arm(0.0));
+    }
+}
+
+#[test]
+fn places_far_away_keep_their_digits_until_they_are_told_from_the_origin() {
+    let mut scene = unit_scene();
+    scene.origin_m = Vec3::new(500_000.0, 4_649_776.0, 100.0);
+    // Floats are a whole multiple of half a metre there.
+    let origin_m = scene.origin_m.as_dvec3();
+    let eye = origin_m + DVec3::new(2.1, 0.2, 3.3);
+    let target = origin_m + DVec3::new(0.1, 0.2, -0.3);
+    let placed = |place| CameraSpec { place, target: Some(target), ..CameraSpec::default() };
+    let posed = Place::Posed { rotation: Quat::IDENTITY, eye };
+    for spec in [placed(Place::Eye(eye)), placed(posed)] {
+        let (view, _) = resolve(&spec, &scene, &unit_framing(), 1.0, 0.0).expect("camera");
+        assert!(view.w_axis.truncate().abs_diff_eq(Vec3::new(2.1, 0.2, 3.3), 1e-6), "{view}");
+        if matches!(spec.place, Place::Eye(_)) {
+            let forward = Vec3::new(-2.0, 0.0, -3.6).normalize();
+            assert!((-view.z_axis.truncate()).abs_diff_eq(forward, 1e-6), "{view}");
+        }
     }
 }

@@ -33,8 +33,19 @@ pub struct Models {
     pub listed: Vec<Aov>,
     /// The camera of both.
     pub camera: CameraData,
-    /// Half the diagonal of the box around both, in metres.
+    /// Half the diagonal of the box around what an automatic camera sees whole, in metres.
     pub radius_m: f32,
+    /// Where the second lies.
+    pub placement: Placement,
+}
+
+/// Where the second model lies for the first.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Placement {
+    /// From the middle of the first to that of the second, in metres.
+    pub offset_m: [f64; 3],
+    /// Whether that is so far for their size that no picture shows both: an automatic camera sees the first then.
+    pub is_far: bool,
 }
 
 /// A model in memory, and the settings that it is drawn with.
@@ -87,16 +98,12 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
         warnings.iter().for_each(|warning| say(format_args!("warning: {name}: {warning}")));
         Ok(Read { name, scene, settings, effects, is_stage: stage.is_some() })
     };
-    let (a, b) = (read(&args.a)?, read(&args.b)?);
-    let framing = Framing::of_scenes(&[&a.scene, &b.scene]);
-    framing
-        .bounds_world()
-        .far_warning()
-        .iter()
-        .for_each(|warning| say(format_args!("warning: both models: {warning}")));
+    let (mut a, mut b) = (read(&args.a)?, read(&args.b)?);
+    let (framing, placement) = bring_near(&mut a, &mut b, &spec);
     let view = view(&spec, &a.scene, &framing, width as f32 / height as f32)?;
     interrupt::heed(true);
     let mut renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
+    // Positions are compared in world space, where floats are fine.
     let request =
         FrameRequest { sample_count: frame.samples, want_aovs: drawn, ..FrameRequest::new(width, height, view) };
     let request_of = |read: &Read| -> Result<FrameRequest, Failure> {
@@ -118,9 +125,29 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
         b: source(&b, &picture_b)?,
         layers: [picture_a.aovs, picture_b.aovs],
         listed,
-        camera: CameraData::new(&view, width, height),
+        camera: CameraData::from_origin(&view, a.scene.origin_m, width, height),
         radius_m: framing.radius_m(),
+        placement,
     })
+}
+
+/// Draws both near the origin if they lie far from it for their size, by one origin, so that they stay where they are to
+/// each other; says how coarse what stays far away is. Gives what an automatic camera sees whole, and where they lie.
+fn bring_near(a: &mut Read, b: &mut Read, spec: &CameraSpec) -> (Framing, Placement) {
+    let may_move = [&*a, &*b].iter().all(|read| scenes::may_move(&read.settings));
+    let has_moved = may_move && a.scene.bring_near_with(&mut b.scene);
+    let scenes = [&a.scene, &b.scene];
+    let [box_a, box_b] = scenes.map(Scene::posed_bounds_world);
+    let is_far = box_a.is_far_from(&box_b);
+    let is_automatic =
+        spec.target.is_none() && matches!(spec.place, Place::Default | Place::Automatic | Place::Orbit { .. });
+    let framing = if is_far && is_automatic { Framing::of_scene(&a.scene) } else { Framing::of_scenes(&scenes) };
+    // What was moved is as fine as the numbers of its meshes.
+    let [meshes_a, meshes_b] = scenes.map(Scene::bounds_of_meshes);
+    let bounds = if has_moved { meshes_a.union(&meshes_b) } else { *framing.bounds_world() };
+    bounds.far_warning().iter().for_each(|warning| say(format_args!("warning: both models: {warning}")));
+    let offset_m = (box_b.center().as_dvec3() - box_a.center().as_dvec3()).to_array();
+    (framing, Placement { offset_m, is_far })
 }
 
 /// The camera of both; a camera of the file that nobody asked for is none of both.

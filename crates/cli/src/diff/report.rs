@@ -1,5 +1,6 @@
 //! What `diff` prints.
 
+use super::models::Placement;
 use super::variables::{Changed, Variable, Variables, unit};
 use super::{Compared, Comparison, DiffArgs};
 use manypass_flip::Exposures;
@@ -36,10 +37,21 @@ pub fn text(comparison: &Comparison) -> String {
         }
     }
     text += "\n";
-    if let Some(Compared { variables, .. }) = models {
+    if let Some(Compared { variables, placement, .. }) = models {
+        text += &placement_text(placement);
         text += &variables_text(variables);
     }
     text
+}
+
+/// How far apart models lie that no picture shows both of; nothing of others.
+fn placement_text(placement: &Placement) -> String {
+    if !placement.is_far {
+        return String::new();
+    }
+    let [x, y, z] = placement.offset_m;
+    let distance_m = x.hypot(y).hypot(z);
+    format!("B lies {distance_m:.0} m from A, {x:.1} {y:.1} {z:.1} m away: no picture shows both\n")
 }
 
 /// What changed of models, and a line for each variable.
@@ -108,12 +120,15 @@ pub fn json(comparison: &Comparison, args: &DiffArgs) -> String {
         "is_above_threshold": args.threshold.map(|threshold| mean > threshold),
         "sheet": args.output.as_ref().map(|path| path.display().to_string()),
     });
-    if let (Some(Compared { camera, variables, .. }), Some(fields)) = (models, value.as_object_mut()) {
+    if let (Some(compared), Some(fields)) = (models, value.as_object_mut()) {
+        let Compared { camera, variables, placement, .. } = compared;
         let Changed { geometry, material, light } = variables.changed;
         fields.insert("changed".into(), json!({ "geometry": geometry, "material": material, "light": light }));
         fields.insert("only".into(), json!({ "a": variables.only[0], "b": variables.only[1] }));
         fields.insert("variables".into(), variables.all.iter().map(variable).collect());
         fields.insert("camera".into(), json!(camera));
+        fields.insert("offset_m".into(), json!(placement.offset_m));
+        fields.insert("is_far".into(), placement.is_far.into());
     }
     format!("{value}\n")
 }

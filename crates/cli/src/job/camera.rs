@@ -3,10 +3,10 @@
 use crate::args::FrameArgs;
 use crate::camera::{AUTOMATIC, CameraSpec, Place};
 use crate::failure::Failure;
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 
 /// The largest coordinate and distance: their squares, and sums of those, can still be computed.
-const LARGEST: f32 = 1e15;
+const LARGEST: f64 = 1e15;
 
 /// Numbers too large to be stored are read as infinity, and are out of range; no number is none.
 fn is_number(number: &f32) -> bool {
@@ -17,11 +17,13 @@ fn out_of_range(flag: &str, text: &str) -> Failure {
     Failure::usage(format!("{flag} {text} is out of range"), "give numbers from -1e15 to 1e15")
 }
 
-fn vector(text: &str, flag: &str) -> Result<Vec3, Failure> {
-    let numbers: Option<Vec<f32>> = text.split(',').map(|n| n.trim().parse().ok().filter(is_number)).collect();
+/// Three numbers with all digits that doubles have: the model may lie far from the origin.
+fn vector(text: &str, flag: &str) -> Result<DVec3, Failure> {
+    let number = |text: &str| text.trim().parse().ok().filter(|number: &f64| !number.is_nan());
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
     match numbers.as_deref() {
         Some([x, y, z]) if [x, y, z].iter().any(|n| n.abs() > LARGEST) => Err(out_of_range(flag, text)),
-        Some([x, y, z]) => Ok(Vec3::new(*x, *y, *z)),
+        Some([x, y, z]) => Ok(DVec3::new(*x, *y, *z)),
         _ => Err(Failure::usage(format!("`{text}` is not three numbers"), format!("write {flag} X,Y,Z"))),
     }
 }
@@ -46,7 +48,7 @@ pub fn spec(args: &FrameArgs, turns: bool) -> Result<CameraSpec, Failure> {
         _ => Place::Default,
     };
     spec.target = args.target.as_deref().map(|text| vector(text, "--target")).transpose()?;
-    spec.up = args.up.as_deref().map(|text| vector(text, "--up")).transpose()?;
+    spec.up = args.up.as_deref().map(|text| vector(text, "--up")).transpose()?.map(|up| up.as_vec3());
     if spec.up == Some(Vec3::ZERO) {
         return Err(Failure::usage("--up has no length", "write --up 0,1,0"));
     }
@@ -71,7 +73,7 @@ fn orbit_place(text: &str) -> Result<Place, Failure> {
     let number = |text: &str| text.parse::<f32>().ok().filter(is_number);
     let values: Vec<f32> = parts.iter().filter_map(|part| number(part)).collect();
     if values.len() + usize::from(parts.get(2) == Some(&"auto")) == 3 && parts.len() == 3 {
-        if values.iter().any(|value| value.abs() > LARGEST) {
+        if values.iter().any(|value| f64::from(value.abs()) > LARGEST) {
             return Err(out_of_range("--orbit", text));
         }
         if values.get(2).is_some_and(|radius_m| *radius_m <= 0.0) {

@@ -2,7 +2,7 @@ use super::*;
 use crate::args::{Cli, Command};
 use crate::camera::Place;
 use clap::Parser;
-use glam::Vec3;
+use glam::DVec3;
 
 fn job(flags: &[&str]) -> Result<Job, Failure> {
     let cli = Cli::try_parse_from(["manypass", "render", "a.glb"].iter().chain(flags));
@@ -24,7 +24,7 @@ fn lists_may_begin_with_a_minus() {
     let orbit = Place::Orbit { yaw_deg: -30.0, pitch_deg: 10.0, radius_m: Some(2.0) };
     assert_eq!(job(&["--orbit", "-30,10,2"]).expect("two words").look.camera.place, orbit);
     assert_eq!(job(&["--orbit=-30,10,2"]).expect("one word").look.camera.place, orbit);
-    assert_eq!(job(&["--eye", "-1,2,-3"]).expect("eye").look.camera.place, Place::Eye(Vec3::new(-1.0, 2.0, -3.0)));
+    assert_eq!(job(&["--eye", "-1,2,-3"]).expect("eye").look.camera.place, Place::Eye(DVec3::new(-1.0, 2.0, -3.0)));
 }
 
 #[test]

@@ -73,9 +73,7 @@ impl Batch<'_> {
             .map(|_| input_files(&item.input, &surroundings::files(&self.settings)))
             .unwrap_or_default();
         scenes::show(&mut scene, self.args.frame.scene.as_deref(), &mut warnings)?;
-        // A stage places lights and more in the space of its models, and fog may have its height there.
-        let stays = stage.is_some() || self.settings.fog.scale_height_m > 0.0;
-        let has_moved = !stays && scene.bring_near();
+        let has_moved = scenes::bring_near(&mut scene, &self.settings);
         let (frame, job) = (&self.args.frame, self.job);
         let mut looks = looks::of_scene(&scene, frame, &job.look.camera, &job.views.cameras, &mut warnings)?;
         scene.variant = looks.first().and_then(|look| look.variant);

@@ -7,7 +7,7 @@ use crate::camera::{CameraSpec, Place};
 use crate::failure::{Failure, Kind};
 use crate::job::LARGEST_SIDE_PX;
 use crate::looks::distinct;
-use glam::{DMat3, DVec3, Quat, Vec3};
+use glam::{DMat3, DVec3, Quat};
 use manypass_scene::input_file::InputError;
 use std::fmt::Display;
 use std::path::{Path, PathBuf};
@@ -149,7 +149,8 @@ struct Listed {
     name: String,
     /// To the world from a camera that looks along −Z with +Y up.
     rotation: Quat,
-    eye_world: Vec3,
+    /// In metres, in the space of the file.
+    eye_world: DVec3,
     fov_y_rad: f32,
     lens: Lens,
 }
@@ -166,7 +167,7 @@ impl Listed {
             return Err(Fault::new(message, "give numbers from -1e15 to 1e15"));
         }
         let fov_y_rad = lens.fov_y_rad()?;
-        Ok(Self { name: stem(image).to_owned(), rotation, eye_world: eye_world.as_vec3(), fov_y_rad, lens })
+        Ok(Self { name: stem(image).to_owned(), rotation, eye_world, fov_y_rad, lens })
     }
 }
 

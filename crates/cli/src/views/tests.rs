@@ -1,5 +1,5 @@
 use super::*;
-use glam::Mat4;
+use glam::{Mat4, Vec3};
 use std::fs;
 
 /// A folder that goes when the test ends.
@@ -49,7 +49,7 @@ fn one_frame(top: &str, keys: &str) -> String {
 
 fn world_from_view(spec: &CameraSpec) -> Mat4 {
     match spec.place {
-        Place::Posed { rotation, eye } => Mat4::from_rotation_translation(rotation, eye),
+        Place::Posed { rotation, eye } => Mat4::from_rotation_translation(rotation, eye.as_vec3()),
         ref place => panic!("{place:?} has no pose"),
     }
 }

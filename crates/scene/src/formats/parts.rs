@@ -4,10 +4,11 @@ use crate::colour::linear_from_srgb;
 use crate::gltf_file::{LoadError, Loaded, geometry};
 use crate::scenes::MAX_DRAWN_PRIMITIVES;
 use crate::tally::Tally;
-use crate::{Aabb, Material, Mesh, Node, NodeId, Primitive, Scene};
+use crate::{Material, Mesh, Node, NodeId, Primitive, Scene, bounds};
 use glam::{DVec3, Vec3};
 use std::collections::{BTreeMap, HashMap};
 use std::hash::Hash;
+use std::ops::Neg;
 
 /// A scene that is being made.
 #[derive(Debug, Default)]
@@ -110,17 +111,52 @@ pub(super) fn by_material<K: Eq + Hash>(
     primitives.into_values().map(|(primitive, _)| primitive).collect()
 }
 
-/// The positions of a model as floats, from an origin that is given first: the middle of what lies away from the file's
-/// origin ([`Aabb::is_away`]), else that itself.
+/// The positions of a model as floats, from an origin that is given first ([`Extent::origin`]).
 pub(super) fn from_middle(places: Vec<[f64; 3]>) -> (Vec3, Vec<[f32; 3]>) {
-    let bounds = Aabb::from_points(places.iter().map(|place| DVec3::from(*place).as_vec3()));
-    let origin = if bounds.is_away() { bounds.center() } else { Vec3::ZERO };
-    let position = |place: [f64; 3]| (DVec3::from(place) - origin.as_dvec3()).as_vec3().to_array();
+    let mut extent = Extent::default();
+    places.iter().for_each(|place| extent.add(*place));
+    let origin = extent.origin();
+    let position = |place: [f64; 3]| from_origin(place, origin);
     (origin, places.into_iter().map(position).collect())
 }
 
+/// The box around places of a file, in doubles: in floats small things far away would have no extent.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Extent {
+    min: DVec3,
+    max: DVec3,
+}
+
+impl Default for Extent {
+    fn default() -> Self {
+        Self { min: DVec3::INFINITY, max: DVec3::NEG_INFINITY }
+    }
+}
+
+impl Extent {
+    /// Takes a place in; one that is no number is passed over.
+    pub(super) fn add(&mut self, place: [f64; 3]) {
+        let place = DVec3::from(place);
+        if place.is_finite() {
+            (self.min, self.max) = (self.min.min(place), self.max.max(place));
+        }
+    }
+
+    /// The middle, rounded, if the box lies away from the file's origin ([`crate::Aabb::is_away`]); else that itself.
+    pub(super) fn origin(&self) -> Vec3 {
+        let center = 0.5 * (self.min + self.max);
+        let radius_m = 0.5 * (self.max - self.min).length();
+        if bounds::is_away(center.length() as f32, radius_m as f32) { center.as_vec3() } else { Vec3::ZERO }
+    }
+}
+
+/// A place of the file from another one.
+pub(super) fn from_origin(place: [f64; 3], origin: Vec3) -> [f32; 3] {
+    (DVec3::from(place) - origin.as_dvec3()).as_vec3().to_array()
+}
+
 /// Where Z points up, to where Y does.
-pub(super) fn y_up([x, y, z]: [f32; 3]) -> [f32; 3] {
+pub(super) fn y_up<T: Neg<Output = T>>([x, y, z]: [T; 3]) -> [T; 3] {
     [x, z, -y]
 }
 

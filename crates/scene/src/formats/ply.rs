@@ -7,7 +7,7 @@ mod surface;
 mod text;
 
 use super::mtl::Named;
-use super::parts::{Parts, plain_material};
+use super::parts::{Extent, Parts, from_origin, plain_material};
 use super::polygon;
 use super::smooth::{Smoothing, smooth, weld};
 use crate::gltf_file::{LoadError, Loaded};
@@ -30,6 +30,19 @@ struct Contents {
     strips: Vec<Face>,
     has_vertices: bool,
     has_faces: bool,
+}
+
+impl Contents {
+    /// Tells positions from the middle of what lies away from the file's origin, and gives that; else they stay.
+    fn bring_near(&mut self) -> Vec3 {
+        let mut extent = Extent::default();
+        self.vertices.iter().for_each(|vertex| extent.add(vertex.place()));
+        let origin = extent.origin();
+        if origin != Vec3::ZERO {
+            self.vertices.iter_mut().for_each(|vertex| vertex.position = from_origin(vertex.place(), origin));
+        }
+        origin
+    }
 }
 
 /// Which attributes vertices have.
@@ -78,6 +91,7 @@ pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadEr
     let has =
         Has { normals: has(&["nx"]), colors: has(&["red", "r", "diffuse_red"]), uvs: has(&["s", "u", "texture_u"]) };
     let mut contents = read(&mut reader, &header, bytes)?;
+    let origin = contents.bring_near();
     let mut parts = Parts::default();
     elements::unread(&header).iter().for_each(|warning| parts.warn(warning));
     let surfaces = Surfaces::of(&header, has);
@@ -106,7 +120,8 @@ pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadEr
     let primitives: Vec<Primitive> =
         primitives.into_iter().filter(|primitive| !primitive.positions.is_empty()).collect();
     if !primitives.is_empty() {
-        parts.add("", primitives);
+        let node = parts.add("", primitives);
+        parts.scene.node_mut(node).translation = origin;
     }
     parts.finish()
 }

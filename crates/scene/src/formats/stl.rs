@@ -3,12 +3,13 @@
 //! Corners at one place are joined, so that normals can be smooth; those in the file are not used, since they are flat
 //! and often wrong. Z points up, as on the machines that print such files.
 
-use super::parts::{NO_COLOR_LINEAR, Parts, linear, plain_material, y_up};
+use super::parts::{Extent, NO_COLOR_LINEAR, Parts, from_origin, linear, plain_material, y_up};
 use super::smooth::{Smoothing, smooth};
 use super::text::{self, Line, at_line};
 use crate::Primitive;
 use crate::gltf_file::{LoadError, Loaded};
 use crate::tally::Tally;
+use glam::Vec3;
 use std::collections::HashMap;
 
 const HEADER_BYTES: usize = 84;
@@ -72,9 +73,10 @@ impl Colors {
 }
 
 impl Solid {
+    /// Adds a corner, whose Y points up.
     fn corner(&mut self, position: [f32; 3]) {
         // Both zeros are one place.
-        let position = y_up(position).map(|value| value + 0.0);
+        let position = position.map(|value| value + 0.0);
         let vertex = *self.vertices.entry(position.map(f32::to_bits)).or_insert_with(|| {
             self.positions.push(position);
             self.positions.len() as u32 - 1
@@ -87,7 +89,10 @@ pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
     let start = bytes.get(..super::START_BYTES).unwrap_or(bytes);
     let mut parts = Parts::default();
     let is_binary = binary_bytes(start) == Some(bytes.len() as u64) || !is_text(text::without_mark(start));
-    let solids = if is_binary { vec![read_binary(bytes, &mut parts)?] } else { read_text(bytes, &mut parts.warnings)? };
+    let (solids, origin) = match is_binary {
+        true => (vec![read_binary(bytes, &mut parts)?], Vec3::ZERO),
+        false => read_near(bytes, &mut parts.warnings)?,
+    };
     let has_colors = solids.iter().any(|solid| !solid.colors.is_empty());
     let material = parts.material(plain_material(has_colors));
     for solid in solids {
@@ -108,7 +113,8 @@ pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
         if has_colors {
             color_triangles(&mut primitive, &colors);
         }
-        parts.add(&name, vec![primitive]);
+        let node = parts.add(&name, vec![primitive]);
+        parts.scene.node_mut(node).translation = origin;
     }
     parts.finish()
 }
@@ -163,7 +169,7 @@ fn read_binary(bytes: &[u8], parts: &mut Parts) -> Result<Solid, LoadError> {
                 let message = format!("a corner of triangle {i} is at {position:?}, which is no place");
                 return Err(LoadError::malformed(&place, message));
             }
-            solid.corner(position);
+            solid.corner(y_up(position));
         }
         let word = record.get(48..50).and_then(|bytes| bytes.try_into().ok()).map_or(0, u16::from_le_bytes);
         if let Some(color) = colors.of_triangle(word) {
@@ -183,7 +189,21 @@ fn without_end_marks(bytes: &[u8]) -> &[u8] {
     bytes.get(..end.map_or(0, |last| last + 1)).unwrap_or_default()
 }
 
-fn read_text(bytes: &[u8], warnings: &mut Tally) -> Result<Vec<Solid>, LoadError> {
+/// The solids of a text, and where their corners are told from: text has more digits than floats far away.
+fn read_near(bytes: &[u8], warnings: &mut Tally) -> Result<(Vec<Solid>, Vec3), LoadError> {
+    let mut extent = Extent::default();
+    let solids = read_text(bytes, Vec3::ZERO, &mut extent, warnings)?;
+    let origin = extent.origin();
+    if origin == Vec3::ZERO {
+        return Ok((solids, origin));
+    }
+    // Few files lie so far away: reading them twice takes less than doubles of all would take of all files.
+    drop(solids);
+    Ok((read_text(bytes, origin, &mut extent, &mut Tally::default())?, origin))
+}
+
+/// The solids of a text, their corners told from `origin`, whose Y points up.
+fn read_text(bytes: &[u8], origin: Vec3, extent: &mut Extent, warnings: &mut Tally) -> Result<Vec<Solid>, LoadError> {
     let (mut solids, mut solid) = (Vec::new(), Solid::default());
     let (mut is_open, mut facet_line, mut last_line) = (false, None, 1);
     for (line, content) in text::lines(without_end_marks(bytes)) {
@@ -207,7 +227,9 @@ fn read_text(bytes: &[u8], warnings: &mut Tally) -> Result<Vec<Solid>, LoadError
                 if facet_line.is_none() {
                     return Err(at_line(line, "a vertex stands outside of a facet"));
                 }
-                solid.corner(text::vector(&mut text::words(rest), line)?);
+                let place = y_up(text::place(&mut text::words(rest), line)?);
+                extent.add(place);
+                solid.corner(from_origin(place, origin));
             }
             b"endfacet" => {
                 if solid.indices.len() % 3 != 0 || facet_line.take().is_none() {

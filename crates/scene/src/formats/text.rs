@@ -76,7 +76,7 @@ pub(super) fn number(word: &[u8]) -> Option<f32> {
 }
 
 /// A finite number with all digits that doubles have, for places far from the origin.
-fn exact_number(word: &[u8]) -> Option<f64> {
+pub(super) fn exact_number(word: &[u8]) -> Option<f64> {
     let number: f64 = std::str::from_utf8(word).ok()?.parse().ok()?;
     (number as f32).is_finite().then_some(number)
 }

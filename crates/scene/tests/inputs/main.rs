@@ -1,6 +1,7 @@
 //! What the readers of OBJ, STL, PLY and 3MF make of files, right and wrong ones.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
+mod far;
 mod forgiving;
 mod obj;
 mod ply;

@@ -31,7 +31,7 @@ fn model() -> String {
     )
 }
 
-fn packed(model: &str) -> Vec<u8> {
+pub(super) fn packed(model: &str) -> Vec<u8> {
     archive(
         &[("_rels/.rels", RELATIONSHIPS.as_bytes()), ("3D/part.model", model.as_bytes())],
         CompressionMethod::Deflated,

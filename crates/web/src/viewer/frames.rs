@@ -59,13 +59,19 @@ impl Viewer {
         let (width, height) = self.canvas.size();
         let aspect = self.canvas.aspect();
         let scene = self.scene.as_ref().ok_or_else(|| JsError::new("no model is loaded"))?;
-        let orbit = orbit.map(|object| read_orbit(&object.into(), camera::start(scene, &self.framing, aspect)));
+        let orbit = orbit.map(|object| {
+            let start = camera::start(scene, &self.framing, aspect);
+            read_orbit(&object.into(), start, scene.origin_m)
+        });
         let (world_from_view, projection) = camera::resolve(orbit, scene, &self.framing, aspect);
         let ground_height_m = self.framing.lowest_m();
         let camera = View { world_from_view, projection };
         let overlay = scene.overlay.clone();
-        let request = FrameRequest { ground_height_m, overlay, ..FrameRequest::new(width, height, camera) };
+        let origin_m = scene.origin_m;
+        let request = FrameRequest { ground_height_m, overlay, origin_m, ..FrameRequest::new(width, height, camera) };
         let mut request = self.options.applied(request, self.budget.as_ref().map(QualityBudget::settings), scene);
+        // It is told in the space of the file.
+        request.settings.fog.base_height_m -= origin_m.y;
         request.sample_count = REFINED_SAMPLES;
         request.effects = self.effects.iter().map(|effect| effect.clone() as Arc<dyn Effect>).collect();
         request.averaging = if self.keeps_radiance { Averaging::Both } else { Averaging::Display };

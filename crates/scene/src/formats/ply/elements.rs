@@ -6,6 +6,8 @@ use ply_rs_bw::ply::{ElementDef, Header, Property, PropertyAccess, PropertyAcces
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Vertex {
     pub(super) position: [f32; 3],
+    /// What rounding took from the position of a file of doubles, or of text.
+    pub(super) position_rest: [f32; 3],
     pub(super) normal: [f32; 3],
     pub(super) color_srgb: [f32; 4],
     pub(super) uv: [f32; 2],
@@ -65,6 +67,18 @@ const OF_STRIPS: [&str; 2] = ["vertex_indices", "vertex_index"];
 /// So many properties are named.
 const NAMED_MAX: usize = 12;
 
+/// A coordinate as a float, and what rounding took from it.
+fn coordinate(property: &Property) -> Option<(f32, f32)> {
+    let exact = match property {
+        Property::Double(number) => *number,
+        Property::Int(number) => f64::from(*number),
+        Property::UInt(number) => f64::from(*number),
+        _ => return property.to_f32_lossy().map(|number| (number, 0.0)),
+    };
+    let number = exact as f32;
+    Some((number, (exact - f64::from(number)) as f32))
+}
+
 /// What a property is as a number; colours of bytes are shares of 255, and those of two bytes of 65535.
 fn value(property: &Property) -> Option<(f32, f32)> {
     let number = property.to_f32_lossy()?;
@@ -76,19 +90,27 @@ fn value(property: &Property) -> Option<(f32, f32)> {
     Some((number, share))
 }
 
+impl Vertex {
+    /// Its place with all digits that were read.
+    pub(super) fn place(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| f64::from(self.position[axis]) + f64::from(self.position_rest[axis]))
+    }
+}
+
 impl PropertyAccess for Vertex {
     fn new() -> Self {
-        Self { position: [0.0; 3], normal: [0.0; 3], color_srgb: [1.0; 4], uv: [0.0; 2] }
+        Self { position: [0.0; 3], position_rest: [0.0; 3], normal: [0.0; 3], color_srgb: [1.0; 4], uv: [0.0; 2] }
     }
 
     fn set_property(&mut self, name: &str, property: Property) -> PropertyAccessResult {
+        if let Some(axis) = ["x", "y", "z"].iter().position(|axis| *axis == name) {
+            let Some(found) = coordinate(&property) else { return PropertyAccessResult::Ignored };
+            (self.position[axis], self.position_rest[axis]) = found;
+            return PropertyAccessResult::Set;
+        }
         let Some((number, share)) = value(&property) else { return PropertyAccessResult::Ignored };
-        let ([x, y, z], [nx, ny, nz], [r, g, b, a], [u, v]) =
-            (&mut self.position, &mut self.normal, &mut self.color_srgb, &mut self.uv);
+        let ([nx, ny, nz], [r, g, b, a], [u, v]) = (&mut self.normal, &mut self.color_srgb, &mut self.uv);
         match name {
-            "x" => *x = number,
-            "y" => *y = number,
-            "z" => *z = number,
             "nx" => *nx = number,
             "ny" => *ny = number,
             "nz" => *nz = number,

@@ -7,7 +7,7 @@ use crate::formats::mtl::Named;
 use crate::formats::parts::{Parts, by_material, linear, plain_material};
 use crate::{Material, Primitive, Sampler, TextureRef, TextureTransform};
 use glam::Vec4;
-use ply_rs_bw::ply::Header;
+use ply_rs_bw::ply::{Header, PropertyAccess as _};
 
 /// The most textures of a file.
 const MOST_TEXTURES: usize = 256;
@@ -106,7 +106,7 @@ impl Surfaces {
                 with_normals.source.get(index as usize).and_then(|vertex| contents.vertices.get(*vertex as usize));
             vertex.filter(|vertex| super::is_placed(vertex)).copied()
         };
-        let nowhere = Vertex { position: [0.0; 3], normal: [0.0; 3], color_srgb: [1.0; 4], uv: [0.0; 2] };
+        let nowhere = Vertex::new();
         if !self.are_of_faces() {
             let mut primitive = Primitive { material: Some(first), ..Primitive::default() };
             primitive.indices.clone_from(&with_normals.of_corner);

@@ -99,8 +99,8 @@ fn scalar(kind: &ScalarType, value: f64) -> Property {
         ScalarType::UShort => Property::UShort(value as u16),
         ScalarType::Int => Property::Int(value as i32),
         ScalarType::UInt => Property::UInt(value as u32),
-        ScalarType::Float => Property::Float(value as f32),
-        ScalarType::Double => Property::Double(value),
+        // Text has the digits that it has, whatever type the header gives it.
+        ScalarType::Float | ScalarType::Double => Property::Double(value),
     }
 }
 

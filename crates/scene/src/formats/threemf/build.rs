@@ -6,8 +6,8 @@ use crate::formats::image_files::{ImageFiles, texture};
 use crate::formats::parts::{Parts, by_material, linear, plain_material};
 use crate::formats::smooth::{Smoothing, smooth, weld};
 use crate::gltf_file::{LoadError, Loaded};
-use crate::{AlphaMode, Material, Node, NodeId, Primitive, TextureRef, TextureTransform};
-use glam::{Mat4, Vec4};
+use crate::{AlphaMode, Material, Node, NodeId, Primitive, Scene, TextureRef, TextureTransform};
+use glam::{DMat4, DVec4, Vec3, Vec4};
 use std::collections::{BTreeSet, HashMap};
 
 /// The most objects that are shown. A few components can ask for the product of many.
@@ -74,17 +74,20 @@ pub(super) fn scene(models: &HashMap<String, Model>, root: &str, package: &mut P
     }
     let unit_m = model.unit_m;
     // Z up to Y up, as in `parts::y_up`.
-    let world_from_file = Mat4::from_cols(
-        Vec4::new(unit_m, 0.0, 0.0, 0.0),
-        Vec4::new(0.0, 0.0, -unit_m, 0.0),
-        Vec4::new(0.0, unit_m, 0.0, 0.0),
-        Vec4::W,
+    let world_from_file = DMat4::from_cols(
+        DVec4::new(unit_m, 0.0, 0.0, 0.0),
+        DVec4::new(0.0, 0.0, -unit_m, 0.0),
+        DVec4::new(0.0, unit_m, 0.0, 0.0),
+        DVec4::W,
     );
-    let top = parts.scene.add_node(None, Node { matrix: Some(world_from_file), ..Node::default() });
+    let top = parts.scene.add_node(None, Node { matrix: Some(world_from_file.as_mat4()), ..Node::default() });
+    let mut items = Vec::new();
     let mut surfaces = Surfaces { models, materials: Materials::new(), images: ImageFiles::default(), package };
     let mut meshes = HashMap::new();
-    let mut pending: Vec<(&Item, NodeId)> = model.items.iter().rev().map(|item| (item, top)).collect();
-    while let Some((item, parent)) = pending.pop() {
+    // With the origin of the parent's mesh, from which its node stands.
+    let mut pending: Vec<(&Item, NodeId, Vec3)> =
+        model.items.iter().rev().map(|item| (item, top, Vec3::ZERO)).collect();
+    while let Some((item, parent, origin)) = pending.pop() {
         let (part, id) = &item.object;
         let Some(object) = models.get(part).and_then(|model| model.objects.get(id)) else { continue };
         let mesh = match object.triangles[..] {
@@ -99,11 +102,36 @@ pub(super) fn scene(models: &HashMap<String, Model>, root: &str, package: &mut P
                 }
             }),
         };
-        let node = Node { name: object.name.clone(), matrix: Some(item.parent_from_object), mesh, ..Node::default() };
-        let node = parts.scene.add_node(Some(parent), node);
-        pending.extend(object.components.iter().rev().map(|component| (component, node)));
+        let from = |origin: Vec3| DMat4::from_translation(origin.as_dvec3());
+        let parent_from_object = from(-origin) * item.parent_from_object * from(object.origin);
+        let matrix = Some(parent_from_object.as_mat4());
+        let node =
+            parts.scene.add_node(Some(parent), Node { name: object.name.clone(), matrix, mesh, ..Node::default() });
+        if parent == top {
+            items.push((node, parent_from_object));
+        }
+        pending.extend(object.components.iter().rev().map(|component| (component, node, object.origin)));
     }
+    place_from_middle(&mut parts.scene, (top, world_from_file), &items);
     parts.finish()
+}
+
+/// Places items that lie away from the file's origin for their size from the middle of all, so that their numbers are
+/// rounded there. `items` are the nodes below `top` and where they are in the file.
+fn place_from_middle(scene: &mut Scene, (top, world_from_file): (NodeId, DMat4), items: &[(NodeId, DMat4)]) {
+    scene.update_transforms();
+    let bounds = scene.bounds_world();
+    if !scene.is_away(&bounds) {
+        return;
+    }
+    let middle_m = bounds.center().as_dvec3();
+    let middle = world_from_file.inverse().transform_point3(middle_m);
+    let matrix = DMat4::from_translation(middle_m) * world_from_file;
+    scene.node_mut(top).matrix = Some(matrix.as_mat4());
+    for (node, file_from_object) in items {
+        let matrix = DMat4::from_translation(-middle) * *file_from_object;
+        scene.node_mut(*node).matrix = Some(matrix.as_mat4());
+    }
 }
 
 /// What triangles look like: materials that are made once for all objects.

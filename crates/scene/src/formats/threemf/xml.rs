@@ -1,11 +1,12 @@
 //! From XML to objects. Nothing here is followed yet: what a part names may not be there.
 
 use super::package::{Package, part_name};
+use crate::formats::parts::from_middle;
 use crate::formats::text;
 use crate::gltf_file::LoadError;
 use crate::tally::Tally;
 use crate::{Sampler, Wrap};
-use glam::{Mat4, Vec4};
+use glam::{DMat4, DVec4, Vec3};
 use quick_xml::{
     Reader,
     events::{BytesStart, Event},
@@ -28,7 +29,7 @@ pub(super) type Key = (String, u32);
 #[derive(Debug, Default)]
 pub(super) struct Model {
     /// Metres in a unit.
-    pub(super) unit_m: f32,
+    pub(super) unit_m: f64,
     pub(super) objects: HashMap<u32, Object>,
     pub(super) properties: HashMap<u32, Property>,
     /// What is shown.
@@ -60,7 +61,12 @@ pub(super) struct Object {
     pub(super) name: String,
     /// The property of triangles that name none, and the index in it.
     pub(super) property: (u32, u32),
+    /// Positions as they are read.
+    places: Vec<[f64; 3]>,
+    /// Positions from `origin` on, once all are read.
     pub(super) positions: Vec<[f32; 3]>,
+    /// The middle of a mesh that lies away from the object's origin, in the file's unit.
+    pub(super) origin: Vec3,
     pub(super) triangles: Vec<Triangle>,
     pub(super) components: Vec<Item>,
 }
@@ -76,7 +82,7 @@ pub(super) struct Triangle {
 #[derive(Clone, Debug)]
 pub(super) struct Item {
     pub(super) object: Key,
-    pub(super) parent_from_object: Mat4,
+    pub(super) parent_from_object: DMat4,
 }
 
 /// The value of an attribute by its name without prefix.
@@ -123,9 +129,9 @@ impl Place<'_> {
         attribute(element, name).ok_or_else(|| self.wrong(format!("<{tag}> has no \"{name}\"")))
     }
 
-    fn number(&self, element: &BytesStart, name: &str) -> Result<f32, LoadError> {
+    fn number(&self, element: &BytesStart, name: &str) -> Result<f64, LoadError> {
         let value = self.text(element, name)?;
-        let number = text::number(value.trim().as_bytes());
+        let number = text::exact_number(value.trim().as_bytes());
         number.ok_or_else(|| {
             self.wrong(format!("\"{name}\": expected a finite number, found \"{}\"", text::shown(value.as_bytes())))
         })
@@ -156,15 +162,15 @@ impl Place<'_> {
     }
 
     /// Four rows of three numbers; a row is what a column is to us.
-    fn transform(&self, element: &BytesStart) -> Result<Mat4, LoadError> {
-        let Some(value) = attribute(element, "transform") else { return Ok(Mat4::IDENTITY) };
-        let numbers: Option<Vec<f32>> = text::words(value.as_bytes()).map(text::number).collect();
+    fn transform(&self, element: &BytesStart) -> Result<DMat4, LoadError> {
+        let Some(value) = attribute(element, "transform") else { return Ok(DMat4::IDENTITY) };
+        let numbers: Option<Vec<f64>> = text::words(value.as_bytes()).map(text::exact_number).collect();
         match numbers.as_deref() {
-            Some(&[a, b, c, d, e, f, g, h, i, x, y, z]) => Ok(Mat4::from_cols(
-                Vec4::new(a, b, c, 0.0),
-                Vec4::new(d, e, f, 0.0),
-                Vec4::new(g, h, i, 0.0),
-                Vec4::new(x, y, z, 1.0),
+            Some(&[a, b, c, d, e, f, g, h, i, x, y, z]) => Ok(DMat4::from_cols(
+                DVec4::new(a, b, c, 0.0),
+                DVec4::new(d, e, f, 0.0),
+                DVec4::new(g, h, i, 0.0),
+                DVec4::new(x, y, z, 1.0),
             )),
             _ => Err(self.wrong("\"transform\": expected twelve finite numbers")),
         }
@@ -190,7 +196,12 @@ fn read(content: &str, part: &str) -> Result<Model, LoadError> {
                 is_model |= element.local_name().as_ref() == "model";
                 read_element(&element, &place, &mut model, &mut object, &mut property)?;
             }
-            Ok(Event::Eof) if is_model => return Ok(model),
+            Ok(Event::Eof) if is_model => {
+                for object in model.objects.values_mut() {
+                    (object.origin, object.positions) = from_middle(std::mem::take(&mut object.places));
+                }
+                return Ok(model);
+            }
             Ok(Event::Eof) => return Err(place.wrong("expected a <model>, found none")),
             Ok(_) => {}
             Err(error) => return Err(place.wrong(text::shown(error.to_string().as_bytes()))),
@@ -240,7 +251,7 @@ fn read_element(
             model.properties.insert(*property, Property::Coordinates { texture, uvs: Vec::new() });
         }
         "tex2coord" => {
-            let uv = [place.number(element, "u")?, place.number(element, "v")?];
+            let uv = [place.number(element, "u")? as f32, place.number(element, "v")? as f32];
             if let Some(Property::Coordinates { uvs, .. }) = model.properties.get_mut(property) {
                 uvs.push(uv);
             }
@@ -274,14 +285,14 @@ fn read_geometry(element: &BytesStart, place: &Place, object: Option<&mut Object
         "vertex" => {
             let position = ["x", "y", "z"].map(|name| place.number(element, name));
             let [x, y, z] = position;
-            object.positions.push([x?, y?, z?]);
+            object.places.push([x?, y?, z?]);
         }
         "triangle" => {
             let [a, b, c] = ["v1", "v2", "v3"].map(|name| place.needed(element, name));
             let vertices = [a?, b?, c?];
             // Vertices come before triangles.
-            if let Some(index) = vertices.iter().find(|index| **index as usize >= object.positions.len()) {
-                let count = object.positions.len();
+            if let Some(index) = vertices.iter().find(|index| **index as usize >= object.places.len()) {
+                let count = object.places.len();
                 return Err(place.wrong(format!("vertex {index} is named, and the mesh has {count}")));
             }
             let (default_property, default_index) = object.property;
@@ -305,7 +316,7 @@ fn wrap(style: Option<&str>) -> Wrap {
     }
 }
 
-fn unit_m(name: Option<&str>) -> Option<f32> {
+fn unit_m(name: Option<&str>) -> Option<f64> {
     match name.unwrap_or("millimeter") {
         "micron" => Some(1e-6),
         "millimeter" => Some(1e-3),
