@@ -243,11 +243,11 @@ impl Renderer {
     }
 
     /// The level of the sky, which a frame has computed, or of the scene's picture, if that is the environment.
-    fn anchor(&self, scene: &Scene, request: &FrameRequest) -> Option<Anchor> {
+    fn anchor(&mut self, scene: &Scene, request: &FrameRequest) -> Option<Anchor> {
         let settings = &request.settings.environment;
         let of_scene = scene.environment.clone().filter(|_| settings.source == Environment::File);
         let map = of_scene.or_else(|| self.computed.of(settings))?;
-        Anchor::new(map.mean_radiance(), settings.intensity)
+        Anchor::new(self.computed.mean_radiance(&map), settings.intensity)
     }
 }
 
