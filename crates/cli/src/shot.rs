@@ -7,6 +7,7 @@ use crate::job::Job;
 use crate::listing::choices;
 use crate::looks::Look;
 use manypass::{Adaptation, Aov, EffectFile, Pose, View};
+use manypass_scene::particles::Particles;
 use manypass_scene::water::Water;
 use manypass_scene::{Framing, Scene};
 use std::sync::Arc;
@@ -65,6 +66,14 @@ pub fn moves(scene: &Scene, args: &RenderArgs) -> bool {
 /// Whether time alone moves anything: waves, or a simulation.
 pub fn has_waves(scene: &Scene) -> bool {
     scene.water.iter().any(Water::has_waves) || scene.has_simulations()
+}
+
+/// What to say where particles are to be seen and nobody asks for a time: the first are born at 0.
+pub fn unborn_hint(scene: &Scene, args: &RenderArgs) -> Option<String> {
+    let life_secs = scene.particles.iter().map(Particles::life_secs).reduce(f32::max)?;
+    let is_timed = args.time.is_some() || args.frames.is_some();
+    (!is_timed)
+        .then(|| format!("its particles are born from time 0 on, and none is there yet; --time {life_secs} shows them"))
 }
 
 /// What `camera.focus_m` is where nobody says: the distance of what the camera is told to look at, or else of the middle

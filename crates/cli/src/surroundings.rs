@@ -90,7 +90,8 @@ impl Surroundings {
     /// No picture is named where one is wanted, or a file cannot be read.
     pub fn prepare(&mut self, scene: &mut Scene, settings: &Settings) -> Result<Vec<String>, Failure> {
         let mut notes = self.surround(scene, settings)?;
-        scene.brdf = named(&settings.environment.brdf_file).map(|path| self.table(&path)).transpose()?;
+        let of_stage = scene.brdf.take();
+        scene.brdf = named(&settings.environment.brdf_file).map(|path| self.table(&path, of_stage)).transpose()?;
         if settings.lod.simplify {
             notes.extend(scene.simplify_with(self.cache.as_deref()));
         }
@@ -126,13 +127,18 @@ impl Surroundings {
         Ok(notes)
     }
 
-    fn table(&mut self, path: &Path) -> Result<Arc<BrdfTable>, Failure> {
-        if let Some((_, table)) = self.known_table.as_ref().filter(|(known, _)| known == path) {
+    /// The table of a file: as a stage brings it with the model, else as it was read last. Equal ones are one table, so
+    /// that it stays on the device from input to input.
+    fn table(&mut self, path: &Path, of_stage: Option<Arc<BrdfTable>>) -> Result<Arc<BrdfTable>, Failure> {
+        let of_stage = of_stage.filter(|table| Path::new(&table.name) == path);
+        let known = self.known_table.as_ref().filter(|(known, _)| known == path).map(|(_, table)| table);
+        let is_known = |table: &Arc<BrdfTable>| of_stage.as_ref().is_none_or(|brought| brought == table);
+        if let Some(table) = known.filter(|table| is_known(table)) {
             return Ok(table.clone());
         }
         let hint = "name a .png, .hdr or .exr file: red and green over n·v to the right and roughness downwards";
-        let table = BrdfTable::load_path(path).map_err(|error| Failure::new(Kind::Failed, error, hint))?;
-        let table = Arc::new(table);
+        let read = || BrdfTable::load_path(path).map_err(|error| Failure::new(Kind::Failed, error, hint));
+        let table = of_stage.map_or_else(|| read().map(Arc::new), Ok)?;
         self.known_table = Some((path.to_owned(), table.clone()));
         Ok(table)
     }
@@ -141,4 +147,38 @@ impl Surroundings {
 fn unread(error: EnvironmentError) -> Failure {
     let hint = "name an equirectangular .hdr or .exr file, a cube map in a .ktx2 file, or a folder with the six faces of a cube";
     Failure::new(Kind::Failed, error, hint)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+    use super::*;
+
+    /// A table of one texel in a Radiance file.
+    fn table(name: &str, rgbe: [u8; 4]) -> Arc<BrdfTable> {
+        let bytes = [&b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n"[..], &rgbe].concat();
+        Arc::new(BrdfTable::decode(name, &bytes).unwrap())
+    }
+
+    #[test]
+    fn a_table_that_a_stage_brings_is_not_read_again_and_shared() {
+        // There is no such file: whoever reads it fails.
+        let mut settings = Settings::default();
+        settings.environment.brdf_file = "no_folder/table.hdr".into();
+        let mut surroundings = Surroundings::new(None);
+        let mut prepared = |brdf: Option<Arc<BrdfTable>>| {
+            let mut scene = Scene { brdf, ..Scene::default() };
+            surroundings.prepare(&mut scene, &settings).map(|_| scene.brdf)
+        };
+        assert!(prepared(None).is_err());
+        assert!(prepared(Some(table("other.hdr", [64, 32, 0, 129]))).is_err());
+        let brought = || Some(table("no_folder/table.hdr", [64, 32, 0, 129]));
+        let first = prepared(brought()).unwrap().unwrap();
+        for second in [brought(), None] {
+            assert!(Arc::ptr_eq(&prepared(second).unwrap().unwrap(), &first));
+        }
+        // The file has changed.
+        let changed = Some(table("no_folder/table.hdr", [32, 64, 0, 129]));
+        assert_eq!(prepared(changed.clone()).unwrap(), changed);
+    }
 }

@@ -36,6 +36,24 @@ fn a_time_is_the_same_picture_as_its_frame() {
 }
 
 #[test]
+fn a_still_without_particles_gets_a_hint() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("unborn");
+    let smoke = "[[particles]]\npreset = \"smoke\"\ncount = 9\ncenter = [0, 1, 0]\nsize_m = [1, 0, 1]\n";
+    std::fs::write(folder.join("a.stage.toml"), format!("model = \"demo:laboratory\"\n{smoke}")).expect("written");
+    std::fs::write(folder.join("b.stage.toml"), "model = \"demo:laboratory\"\n").expect("written");
+    let hinted = |args: &[&str]| {
+        let run = render(&folder, &[args, &["-o", "x.png"]].concat()).expect(0);
+        run.stderr
+            .contains("hint: a.stage.toml: its particles are born from time 0 on, and none is there yet; --time 5 ")
+    };
+    assert!(hinted(&["a.stage.toml"]));
+    assert!(!hinted(&["b.stage.toml"]) && !hinted(&["a.stage.toml", "--time", "1"]));
+}
+
+#[test]
 fn what_cannot_be_shown_says_so_and_leaves_nothing() {
     if !has_adapter() {
         return;

@@ -82,6 +82,8 @@ shared_constants! {
     DEBUG_CASCADES: u32 = 7;
     /// Levels of detail.
     DEBUG_LEVELS: u32 = 8;
+    /// The probes that light a place.
+    DEBUG_PROBE_WEIGHTS: u32 = 9;
 
     /// Texels in a row of the tables of joints, morph targets and previous nodes.
     DATA_WIDTH: u32 = 1024;

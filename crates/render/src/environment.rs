@@ -3,6 +3,7 @@
 
 mod computed;
 pub(crate) mod lobe;
+mod mean;
 mod radiance;
 mod settings;
 pub(crate) mod stored;

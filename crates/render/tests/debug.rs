@@ -5,9 +5,11 @@
 mod common;
 
 use common::{plain_request, renderer};
-use glam::{Quat, Vec3, Vec4};
+use glam::{Quat, Vec2, Vec3, Vec4};
 use manypass::gpu::Floor;
 use manypass::{Background, FrameRequest, Gpu, LegendEntry, Path, Renderer, Settings, Tonemap};
+use manypass_scene::probes::{DISTANCE_SIDE, Probe, ProbeGrid};
+use manypass_scene::surroundings::Region;
 use manypass_scene::{
     Aabb, AlphaMode, Camera, Image, ImageSource, Light, LightKind, Material, Mesh, Node, PixelFormat, Pixels,
     Primitive, Projection, Sampler, Scene, ShadingModel, Texture, TextureRef, TextureTransform, primitives,
@@ -15,8 +17,18 @@ use manypass_scene::{
 use manypass_testkit::build::SceneBuilder;
 use std::sync::Arc;
 
-const VIEWS: [&str; 9] =
-    ["lights", "overdraw", "uv", "normals", "texel_density", "flags", "clusters", "cascades", "levels"];
+const VIEWS: [&str; 10] = [
+    "lights",
+    "overdraw",
+    "uv",
+    "normals",
+    "texel_density",
+    "flags",
+    "clusters",
+    "cascades",
+    "levels",
+    "probe_weights",
+];
 
 /// A scene with a camera that sees 1 m by 1 m across the view axis, along −Z.
 fn scene() -> Scene {
@@ -265,6 +277,32 @@ fn cascades_follow_each_other_away_from_the_eye() {
     assert!(one.meanings().all(|meaning| number(meaning).unwrap_or(1) == 1));
     let none = shown(&mut renderer, &scene, &asked.with(|settings| settings.shadows.enabled = false));
     assert!(none.meanings().all(|meaning| ["no cascade", "no surface"].contains(&meaning)));
+}
+
+#[test]
+fn probes_that_light_a_pixel_have_their_colours() {
+    let mut scene = scene();
+    put(&mut scene, primitives::uv_sphere(0.4, 64, 32), matte(), Vec3::ZERO);
+    // One to the left of the ball, and one to the right, which see nothing else.
+    let region = Region { center_world: Vec3::ZERO, half_m: Vec3::splat(2.0) };
+    let distances = [Vec2::new(10.0, 100.0); DISTANCE_SIDE * DISTANCE_SIDE];
+    let probe = Probe { is_on: true, distances, ..Probe::default() };
+    let probes = Some(Arc::new(vec![probe.clone(), probe]));
+    scene.probes.push(ProbeGrid { probes, ..ProbeGrid::new("probes", region, [2, 1, 1]).unwrap() });
+    let mut renderer = renderer();
+    let asked = request(&mut scene, (32, 32), "probe_weights");
+    let found = shown(&mut renderer, &scene, &asked);
+    let is_near = |color: [u8; 3], expected: [u8; 3], most: u8| {
+        color.iter().zip(expected).all(|(found, expected)| found.abs_diff(expected) <= most)
+    };
+    let colors = [found.color(6, 16), found.color(26, 16), found.color(16, 16)];
+    assert!(is_near(colors[0], [51, 51, 51], 2) && is_near(colors[1], [204, 51, 51], 2), "{colors:?}");
+    // In the middle both count.
+    assert!((80..175).contains(&colors[2][0]) && is_near([51, colors[2][1], colors[2][2]], [51; 3], 2), "{colors:?}");
+    assert_eq!([found.meaning([204, 51, 51]), found.at(1, 1)], ["probe: x odd, y even, z even", "no surface"]);
+    scene.probes.clear();
+    let found = shown(&mut renderer, &scene, &asked);
+    assert_eq!([found.at(6, 16), found.at(16, 16)], ["no probe"; 2]);
 }
 
 #[test]

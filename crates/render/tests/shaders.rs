@@ -176,7 +176,7 @@ fn no_program_has_code_that_is_never_reached() {
 fn values_of(name: &str) -> std::ops::RangeInclusive<u32> {
     match name {
         "curve" => 0..=5,
-        "shown" => 0..=8,
+        "shown" => 0..=9,
         "blending" | "reflectance_model" | "sun_count" | "directed_light" => 0..=2,
         "probe_grids" | "lights_of" => 0..=4,
         "light_classes" => 0..=63,

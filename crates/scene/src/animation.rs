@@ -6,6 +6,7 @@ pub use property::{
     CameraProperty, LightProperty, MaterialFactor, Property, PropertyChannel, TextureSlot, TransformPart,
 };
 
+use crate::skins::PosedSkins;
 use crate::{Aabb, Node, NodeId, Scene};
 use glam::{Mat4, Quat, Vec3};
 
@@ -284,25 +285,25 @@ impl Scene {
     }
 
     /// What [`Node::bounds_world`] is to be.
-    pub(crate) fn posed_bounds_of(&self, node: &Node) -> Aabb {
-        let Some(mesh) = node.mesh.and_then(|mesh| self.meshes.get(mesh)) else { return Aabb::EMPTY };
-        let skin_matrices = node.skin.map(|skin| self.joint_matrices(skin));
+    pub(crate) fn posed_bounds_of(&self, node: &Node, skins: &mut PosedSkins) -> Aabb {
+        let Some((index, mesh)) = node.mesh.and_then(|index| Some((index, self.meshes.get(index)?))) else {
+            return Aabb::EMPTY;
+        };
         let weights = if node.morph_weights.is_empty() { &mesh.default_morph_weights } else { &node.morph_weights };
         let mut bounds = Aabb::EMPTY;
-        for primitive in &mesh.primitives {
+        for (slot, primitive) in mesh.primitives.iter().enumerate() {
             let mut local = primitive.bounds;
             for (target, &weight) in primitive.morph_targets.iter().zip(weights) {
                 let deltas = target.positions.iter().map(|&delta| Vec3::from(delta) * weight);
                 let reach = Aabb::from_points(deltas.chain([Vec3::ZERO]));
                 local = Aabb { min: local.min + reach.min, max: local.max + reach.max };
             }
-            match skin_matrices.as_deref() {
-                Some(matrices) if !primitive.joints.is_empty() => {
-                    let boxes = matrices.iter().map(|world_from_mesh| local.transformed(world_from_mesh));
-                    bounds = boxes.fold(bounds, |bounds, posed| bounds.union(&posed));
-                }
-                _ => bounds = bounds.union(&local.transformed(&node.world_from_object)),
-            }
+            let posed = match node.skin.filter(|_| !primitive.joints.is_empty()) {
+                Some(skin) if primitive.morph_targets.is_empty() => skins.bounds_of((skin, index, slot), &local, self),
+                Some(skin) => skins.bounds(skin, &local, self),
+                None => local.transformed(&node.world_from_object),
+            };
+            bounds = bounds.union(&posed);
         }
         bounds
     }

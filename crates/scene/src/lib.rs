@@ -39,6 +39,7 @@ pub mod probes;
 pub mod scenes;
 mod simplify;
 pub mod simulation;
+mod skins;
 pub mod sky;
 pub mod spelling;
 pub mod stage;

@@ -8,6 +8,7 @@ use crate::particles::Particles;
 use crate::portal::Portal;
 use crate::probes::ProbeGrid;
 use crate::simulation::Simulation;
+use crate::skins::PosedSkins;
 use crate::surroundings::Surroundings;
 use crate::water::Water;
 use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, SceneRoots, Skin, Texture};
@@ -357,13 +358,15 @@ impl Scene {
             self.node_mut(*id).world_from_object = world_from_object;
             has_moved[id.0 as usize] = true;
         }
+        let moves = |joint: &NodeId| has_moved.get(joint.0 as usize).copied().unwrap_or(false);
+        let bent: Vec<bool> = self.skins.iter().map(|skin| skin.joints.iter().any(moves)).collect();
+        let mut skins = PosedSkins::default();
         for id in &order {
             let node = self.node(*id);
-            let joints = node.skin.and_then(|skin| self.skins.get(skin)).map_or(&[][..], |skin| &skin.joints);
-            let is_bent = joints.iter().any(|joint| has_moved.get(joint.0 as usize).copied().unwrap_or(false));
+            let is_bent = node.skin.and_then(|skin| bent.get(skin)).copied().unwrap_or(false);
             let mesh = node.mesh.and_then(|mesh| self.meshes.get(mesh));
             if has_moved[id.0 as usize] || is_bent || !node.keeps_its_shape(mesh) {
-                let (bounds_world, place) = (self.posed_bounds_of(node), node.place(mesh));
+                let (bounds_world, place) = (self.posed_bounds_of(node, &mut skins), node.place(mesh));
                 let node = self.node_mut(*id);
                 node.bounds_world = bounds_world;
                 node.placed = Placed(Some(place));

@@ -26,6 +26,9 @@ pub const PARTICLES_MAX: u32 = 1 << 20;
 /// Particles lie in the cells of a simulation, so many in a row.
 pub const COLUMNS: u32 = 512;
 
+/// How long the longest life is where the parameters do not say.
+const LIFE_SECS: f32 = 2.0;
+
 /// What they are made of, and how they move.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
@@ -185,6 +188,14 @@ impl Particles {
         self.simulation.parameters.push((parameter.into(), value.into()));
     }
 
+    /// The longest that one lives, in seconds, by the parameter `life_s`: after so long there are as many as there will
+    /// be.
+    pub fn life_secs(&self) -> f32 {
+        let stated = self.simulation.parameters.iter().find(|(parameter, _)| parameter == "life_s");
+        let lives = stated.iter().flat_map(|(_, value)| value.split(',')).filter_map(|life| life.trim().parse().ok());
+        lives.filter(|life: &f32| life.is_finite()).reduce(f32::max).unwrap_or(LIFE_SECS)
+    }
+
     /// How many there are at once, at most.
     pub fn count(&self) -> u32 {
         let (columns, rows) = self.simulation.cells.unwrap_or((COLUMNS, 1));
@@ -194,4 +205,19 @@ impl Particles {
 
 fn text(vector: Vec3) -> String {
     format!("{},{},{}", vector.x, vector.y, vector.z)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_longest_life_is_known() {
+        let mut smoke = Particles::new("a", Preset::Smoke, 10);
+        assert_eq!(smoke.life_secs(), 5.0);
+        smoke.set("life_s", "8,6.5");
+        assert_eq!(smoke.life_secs(), 8.0);
+        smoke.simulation.parameters.clear();
+        assert_eq!(smoke.life_secs(), LIFE_SECS);
+    }
 }

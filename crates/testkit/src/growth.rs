@@ -11,6 +11,8 @@ pub enum Many {
     Nodes,
     /// Nodes below each other.
     Generations,
+    /// Nodes that share a skin, of which each is a joint.
+    Skinned,
     /// Point lights, each held by a node.
     Lights,
     /// Materials, each of a primitive.
@@ -33,9 +35,10 @@ pub enum Many {
 
 impl Many {
     /// All of them.
-    pub const ALL: [Self; 11] = [
+    pub const ALL: [Self; 12] = [
         Self::Nodes,
         Self::Generations,
+        Self::Skinned,
         Self::Lights,
         Self::Materials,
         Self::UnusedMaterials,
@@ -52,6 +55,7 @@ impl Many {
         match self {
             Self::Nodes => "nodes",
             Self::Generations => "generations of nodes",
+            Self::Skinned => "nodes of one skin",
             Self::Lights => "lights",
             Self::Materials => "materials",
             Self::UnusedMaterials => "unused materials",
@@ -114,6 +118,11 @@ impl Many {
                 nodes =
                     each(&|i| format!("{{\"translation\":[0.0001,0,0],\"children\":[{}]}}", i + 1)) + ",{\"mesh\":0}";
             }
+            Self::Skinned => {
+                (nodes, roots) = (held("\"mesh\":0,\"skin\":0"), each(&|i| i.to_string()));
+                primitives = "{\"attributes\":{\"POSITION\":0,\"JOINTS_0\":3,\"WEIGHTS_0\":4}}".to_owned();
+                others = format!(",\"skins\":[{{\"joints\":[{roots}]}}]");
+            }
             Self::Lights => {
                 (nodes, roots) = beside(held("\"extensions\":{\"KHR_lights_punctual\":{\"light\":#}}"));
                 let lights = each(&|_| "{\"type\":\"point\",\"intensity\":1,\"range\":2}".to_owned());
@@ -153,7 +162,11 @@ impl Many {
             }
             Self::Corners | Self::Continuations | Self::Items => {}
         }
-        let floats: [f32; 17] = [0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 1., 0., 0., 0., 1., 1., 1.];
+        // Positions, times and colours of an animation, weights of joints. Joints are all 0, as the first position is.
+        let floats: [f32; 29] = [
+            0., 0., 0., 1., 0., 0., 0., 1., 0., 0., 1., 0., 0., 0., 1., 1., 1., 1., 0., 0., 0., 1., 0., 0., 0., 1., 0.,
+            0., 0.,
+        ];
         let bytes: Vec<u8> = floats.iter().flat_map(|value| value.to_le_bytes()).collect();
         let uri = data_uri("application/octet-stream", &bytes);
         format!(
@@ -161,10 +174,13 @@ impl Many {
              \"meshes\":[{{\"primitives\":[{primitives}]}}],\"accessors\":[\
              {{\"bufferView\":0,\"componentType\":5126,\"count\":3,\"type\":\"VEC3\",\"min\":[0,0,0],\"max\":[1,1,0]}},\
              {{\"bufferView\":1,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\",\"min\":[0],\"max\":[1]}},\
-             {{\"bufferView\":2,\"componentType\":5126,\"count\":2,\"type\":\"VEC3\"}}],\
+             {{\"bufferView\":2,\"componentType\":5126,\"count\":2,\"type\":\"VEC3\"}},\
+             {{\"bufferView\":3,\"componentType\":5121,\"count\":3,\"type\":\"VEC4\"}},\
+             {{\"bufferView\":4,\"componentType\":5126,\"count\":3,\"type\":\"VEC4\"}}],\
              \"bufferViews\":[{{\"buffer\":0,\"byteLength\":36}},{{\"buffer\":0,\"byteOffset\":36,\"byteLength\":8}},\
-             {{\"buffer\":0,\"byteOffset\":44,\"byteLength\":24}}],\
-             \"buffers\":[{{\"byteLength\":68,\"uri\":\"{uri}\"}}]{others}}}"
+             {{\"buffer\":0,\"byteOffset\":44,\"byteLength\":24}},{{\"buffer\":0,\"byteLength\":12}},\
+             {{\"buffer\":0,\"byteOffset\":68,\"byteLength\":48}}],\
+             \"buffers\":[{{\"byteLength\":116,\"uri\":\"{uri}\"}}]{others}}}"
         )
     }
 }
@@ -211,6 +227,7 @@ mod tests {
             let found = match many {
                 Many::Nodes => scene.nodes.len(),
                 Many::Generations => scene.nodes.len() - 1,
+                Many::Skinned => scene.nodes.iter().filter(|node| node.skin == Some(0)).count(),
                 Many::Lights => scene.lights.len(),
                 Many::Materials => scene.materials.len().min(primitives),
                 Many::UnusedMaterials => scene.materials.len(),

@@ -138,7 +138,7 @@ export interface Settings {
   "effects.fallbacks"?: boolean;
   "tone_map.curve"?: "neutral" | "aces" | "agx" | "reinhard" | "exponential" | "none";
   "tone_map.dither"?: number;
-  "debug.view"?: "off" | "lights" | "overdraw" | "uv" | "normals" | "texel_density" | "flags" | "clusters" | "cascades" | "levels" | "probes";
+  "debug.view"?: "off" | "lights" | "overdraw" | "uv" | "normals" | "texel_density" | "flags" | "clusters" | "cascades" | "levels" | "probes" | "probe_weights";
   [key: string]: number | boolean | string | (number | string)[] | undefined;
 }
 /** The name of a table of settings (docs/quality.md). */

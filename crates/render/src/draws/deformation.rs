@@ -1,6 +1,7 @@
 //! Joints and weights of morph targets, the same for all views of a frame.
 
 use manypass_scene::Scene;
+use std::collections::BTreeMap;
 
 /// Transforms of skins and weights of morph targets of all nodes.
 #[derive(Debug, Default)]
@@ -9,6 +10,8 @@ pub(crate) struct Deformation {
     pub joint_rows: Vec<[f32; 4]>,
     /// Weights.
     pub morph_weights: Vec<f32>,
+    /// By skin: its nodes share them.
+    joints: BTreeMap<usize, Joints>,
 }
 
 /// The joints of a skin in the table.
@@ -20,7 +23,18 @@ pub(super) struct Joints {
 }
 
 impl Deformation {
-    pub(super) fn append_joints(&mut self, scene: &Scene, skin: usize) -> Joints {
+    /// Forgets what it holds, and keeps the memory.
+    pub(super) fn clear(&mut self) {
+        self.joint_rows.clear();
+        self.morph_weights.clear();
+        self.joints.clear();
+    }
+
+    /// The joints of a skin, which are appended for the first of its nodes.
+    pub(super) fn joints_of(&mut self, scene: &Scene, skin: usize) -> Joints {
+        if let Some(known) = self.joints.get(&skin) {
+            return *known;
+        }
         let first = (self.joint_rows.len() / 3) as u32;
         let mut balance = 0;
         for matrix in scene.joint_matrices(skin) {
@@ -28,7 +42,14 @@ impl Deformation {
             let determinant = matrix.determinant();
             balance += i32::from(determinant > 0.0) - i32::from(determinant < 0.0);
         }
-        Joints { first, mirrored: balance < 0 }
+        let joints = Joints { first, mirrored: balance < 0 };
+        self.joints.insert(skin, joints);
+        joints
+    }
+
+    /// Where the joints of a skin begin in the table.
+    pub fn first_joint(&mut self, scene: &Scene, skin: usize) -> u32 {
+        self.joints_of(scene, skin).first
     }
 
     /// Weights for `count` targets, and where the first of them is; what is missing is 0.

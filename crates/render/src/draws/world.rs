@@ -203,8 +203,7 @@ impl WorldDraws {
         self.instances.clear();
         self.lit.clear();
         self.posed.clear();
-        self.deformation.joint_rows.clear();
-        self.deformation.morph_weights.clear();
+        self.deformation.clear();
         self.keys[0].clear();
         self.mesh_levels.clear();
         self.groups.clear();
@@ -323,7 +322,7 @@ impl WorldDraws {
         let mut of_node = Deformed::default();
         for (index, primitive) in primitives.iter().enumerate() {
             if let (Some(skin), true, None) = (node.skin, primitive.skin.is_some(), of_node.joints) {
-                of_node.joints = Some(self.deformation.append_joints(scene, skin));
+                of_node.joints = Some(self.deformation.joints_of(scene, skin));
             }
             if primitive.morph_count > 0 && of_node.first_weight.is_none() {
                 let default_weights = scene.meshes.get(mesh).map_or(&[][..], |mesh| &mesh.default_morph_weights);

@@ -1,7 +1,9 @@
 //! Pictures of the environment that are computed, and come from no file. They are kept while the settings that they are
 //! made of stay.
 
+use super::mean::MeanRadiances;
 use super::{Environment, EnvironmentSettings};
+use glam::Vec3;
 use manypass_scene::{EnvironmentMap, Sky};
 use std::sync::Arc;
 
@@ -14,9 +16,12 @@ impl EnvironmentSettings {
     }
 }
 
-/// Skies that were computed.
+/// Skies that were computed, and how bright maps are.
 #[derive(Debug, Default)]
-pub(crate) struct ComputedEnvironments(Vec<(Sky, Arc<EnvironmentMap>)>);
+pub(crate) struct ComputedEnvironments {
+    skies: Vec<(Sky, Arc<EnvironmentMap>)>,
+    means: MeanRadiances,
+}
 
 impl ComputedEnvironments {
     /// Computes the skies of the views of a frame. Those of the frame before stay where no view has one.
@@ -25,10 +30,10 @@ impl ComputedEnvironments {
         if wanted.is_empty() {
             return;
         }
-        self.0.retain(|(sky, _)| wanted.contains(sky));
+        self.skies.retain(|(sky, _)| wanted.contains(sky));
         for sky in wanted {
-            if !self.0.iter().any(|(known, _)| *known == sky) {
-                self.0.push((sky, Arc::new(sky.map())));
+            if !self.skies.iter().any(|(known, _)| *known == sky) {
+                self.skies.push((sky, Arc::new(sky.map())));
             }
         }
     }
@@ -36,12 +41,17 @@ impl ComputedEnvironments {
     /// The one that settings ask for.
     pub fn of(&self, settings: &EnvironmentSettings) -> Option<Arc<EnvironmentMap>> {
         let wanted = settings.sky()?;
-        self.0.iter().find(|(sky, _)| *sky == wanted).map(|(_, map)| map.clone())
+        self.skies.iter().find(|(sky, _)| *sky == wanted).map(|(_, map)| map.clone())
+    }
+
+    /// The mean radiance of a map over all directions, whether it is one of these or a file's.
+    pub fn mean_radiance(&mut self, map: &Arc<EnvironmentMap>) -> Vec3 {
+        self.means.of(map)
     }
 
     /// All of them.
     pub fn maps(&self) -> impl Iterator<Item = &Arc<EnvironmentMap>> + Clone {
-        self.0.iter().map(|(_, map)| map)
+        self.skies.iter().map(|(_, map)| map)
     }
 }
 

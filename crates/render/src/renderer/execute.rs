@@ -305,7 +305,7 @@ impl Renderer {
             stats.uploaded_bytes += written.unwrap_or(0);
             written.is_some()
         });
-        let Deformation { joint_rows, morph_weights } = &world.draws.deformation;
+        let Deformation { joint_rows, morph_weights, .. } = &world.draws.deformation;
         stats.uploaded_bytes += self.resources.write_deformation(&self.gpu, joint_rows, morph_weights);
         (world, has_previous)
     }

@@ -60,7 +60,7 @@ pub(crate) struct SceneResources {
     textures_side_max: u32,
     /// What of materials is drawn where surfaces are seen small.
     pub reduced: ReducedMaterials,
-    /// Rows of `world_from_mesh` for every joint of every skinned node.
+    /// Rows of `world_from_mesh` for every joint of every skin.
     pub joint_matrices: DataTexture,
     /// Weights of morph targets of every node that has some.
     pub morph_weights: DataTexture,

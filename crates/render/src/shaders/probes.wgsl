@@ -294,11 +294,16 @@ fn grid_light(grid: ProbeGrid, position_world: vec3f, lookup: LightLookup, norma
     return vec4f(probe_irradiance(sum) * (grid.spacing.w / max(counted, 1e-20)), is_known);
 }
 
-// The same of a grid by its share of what earlier ones have left, added to theirs.
-fn with_grid(light: vec4f, grid: ProbeGrid, position_world: vec3f, lookup: LightLookup, normal: vec3f) -> vec4f {
+// How much a grid counts at a place: 0 outside of its box, and 1 from where that does not fade.
+fn grid_share(grid: ProbeGrid, position_world: vec3f) -> f32 {
     let inside_m = grid.half_m.xyz - abs(position_world - grid.center.xyz);
     let nearest_m = min(inside_m.x, min(inside_m.y, inside_m.z));
-    let share = (1.0 - light.a) * clamp(nearest_m * grid.first.w, 0.0, 1.0);
+    return clamp(nearest_m * grid.first.w, 0.0, 1.0);
+}
+
+// The same of a grid by its share of what earlier ones have left, added to theirs.
+fn with_grid(light: vec4f, grid: ProbeGrid, position_world: vec3f, lookup: LightLookup, normal: vec3f) -> vec4f {
+    let share = (1.0 - light.a) * grid_share(grid, position_world);
     if share <= 0.0 {
         return light;
     }

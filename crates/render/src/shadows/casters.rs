@@ -154,7 +154,7 @@ impl<'w> Casters<'w> {
 
     fn deformation(&self) -> u64 {
         *self.deformation.get_or_init(|| {
-            let Deformation { joint_rows, morph_weights } = &self.world.deformation;
+            let Deformation { joint_rows, morph_weights, .. } = &self.world.deformation;
             let mut hasher = DefaultHasher::new();
             hasher.write(bytemuck::cast_slice(joint_rows));
             hasher.write(bytemuck::cast_slice(morph_weights));

@@ -14,6 +14,8 @@ const SIDE_MAX: u32 = 2048;
 /// bottom.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BrdfTable {
+    /// The file.
+    pub name: String,
     width: usize,
     height: usize,
     texels: Vec<[f32; 2]>,
@@ -36,7 +38,7 @@ impl BrdfTable {
         };
         let kept = |value: f32| if value.is_nan() { 0.0 } else { value.clamp(0.0, 1.0) };
         let texels = texels.into_iter().map(|texel| texel.map(kept)).collect();
-        Ok(Self { width: width as usize, height: height as usize, texels })
+        Ok(Self { name: name.into(), width: width as usize, height: height as usize, texels })
     }
 
     /// Reads a file.

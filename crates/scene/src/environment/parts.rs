@@ -28,7 +28,8 @@ pub struct LightPicture {
 }
 
 impl LightPicture {
-    /// That of a map, made smaller by a whole factor where it is wide.
+    /// That of a map, made smaller by a whole factor where it is wide. Where the factor leaves a remainder, some blocks
+    /// of texels are one wider or higher, so that none is left out.
     fn of(map: &EnvironmentMap) -> Self {
         let factor = map.width.div_ceil(KEPT_WIDTH_MAX).max(1);
         let (width, height) = ((map.width / factor).max(1), (map.height / factor).max(1));
@@ -37,10 +38,12 @@ impl LightPicture {
             let [r, g, b, _] = map.texels.get(index).copied().unwrap_or_default().map(f16::to_f32);
             Vec3::new(r, g, b)
         };
+        let block = |i: u32, from: u32, count: u32| i * from / count..(i + 1) * from / count;
         let mean = |i: u32| {
-            let (x, y) = (i % width * factor, i / width * factor);
-            let sum: Vec3 = (0..factor * factor).map(|part| at(x + part % factor, y + part / factor)).sum();
-            sum / (factor * factor) as f32
+            let (columns, rows) = (block(i % width, map.width, width), block(i / width, map.height, height));
+            let count = (columns.len() * rows.len()).max(1);
+            let sum: Vec3 = rows.flat_map(|y| columns.clone().map(move |x| at(x, y))).sum();
+            sum / count as f32
         };
         let texels = (0..width * height).map(mean).collect();
         Self { name: map.name.clone(), width: width as usize, height: height as usize, texels }
@@ -225,6 +228,27 @@ mod tests {
         }
         let one = LightPicture::of(&EnvironmentMap::from_fn("one", 1, 1, |_| Vec3::splat(0.5)));
         assert_eq!(one.seen(Vec3::new(0.6, -0.8, 0.0)), Vec3::splat(0.5));
+    }
+
+    #[test]
+    fn no_column_or_row_is_left_out() {
+        // Halves of 1025 by 513 leave one of each.
+        let (width, height) = (1025, 513);
+        let mut map = EnvironmentMap::from_fn("a", width, height, |_| Vec3::ONE);
+        for (i, texel) in (0..).zip(&mut map.texels) {
+            let is_last = [i % width == width - 1, i / width == height - 1];
+            let value = |is_last: bool| f16::from_f32(if is_last { 7.0 } else { 1.0 });
+            *texel = [value(is_last[0]), value(is_last[1]), f16::ONE, f16::ONE];
+        }
+        let picture = LightPicture::of(&map);
+        assert_eq!((picture.width, picture.height), (512, 256));
+        // A third of the last block, whose row or column is one of three.
+        let last = picture.texels[512 * 256 - 1];
+        assert!((last - Vec3::new(3.0, 3.0, 1.0)).abs().max_element() < 1e-3, "{last}");
+        assert_eq!(
+            (picture.texels[0], picture.texels[511].x, picture.texels[512 * 255].y),
+            (Vec3::ONE, last.x, last.y)
+        );
     }
 
     fn hdr(value: f32) -> Vec<u8> {

@@ -69,11 +69,23 @@ fn kept_properties(scene: &Scene, animation: usize) -> Vec<(NodeId, Vec3, Quat, 
 }
 
 /// How a node's mesh was posed when its vertices were added.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 struct Posed {
     world_from_object: Mat4,
     morph_weights: Vec<f32>,
-    joints: Vec<Mat4>,
+    /// Those of [`Collector::skins`]; none without a skin.
+    joints: Option<Arc<[Mat4]>>,
+}
+
+impl Posed {
+    /// Whether the other is the same pose. Joints that stayed are the same in memory, too.
+    fn is(&self, other: &Self) -> bool {
+        let is_same_skin = match (&self.joints, &other.joints) {
+            (Some(joints), Some(others)) => Arc::ptr_eq(joints, others),
+            (joints, others) => joints.is_none() && others.is_none(),
+        };
+        is_same_skin && self.world_from_object == other.world_from_object && self.morph_weights == other.morph_weights
+    }
 }
 
 /// Gathers vertices pose by pose. What has not moved since the pose before is not added again.
@@ -82,6 +94,8 @@ struct Collector {
     drawn: Vec<Vec<Option<Vec<u32>>>>,
     has_vertices: bool,
     last: Vec<Option<Posed>>,
+    /// The joints of each skin, which its nodes share; as they were where none has moved.
+    skins: Vec<Arc<[Mat4]>>,
     points: Vec<Vec3>,
 }
 
@@ -89,11 +103,18 @@ impl Collector {
     fn new(scene: &Scene, has_vertices: bool) -> Self {
         let of_mesh = |mesh: &Arc<Mesh>| mesh.primitives.iter().map(drawn_vertices).collect();
         let drawn = if has_vertices { scene.meshes.iter().map(of_mesh).collect() } else { Vec::new() };
-        Self { drawn, has_vertices, last: vec![None; scene.nodes.len()], points: Vec::new() }
+        let skins: Vec<Arc<[Mat4]>> = vec![Arc::default(); scene.skins.len()];
+        Self { drawn, has_vertices, last: vec![None; scene.nodes.len()], skins, points: Vec::new() }
     }
 
     /// Adds what has moved. False where there would be too many vertices.
     fn add(&mut self, scene: &Scene) -> bool {
+        for (skin, known) in self.skins.iter_mut().enumerate() {
+            let joints = scene.joint_matrices(skin);
+            if known[..] != joints[..] {
+                *known = joints.into();
+            }
+        }
         for id in scene.visible_nodes() {
             let node = scene.node(id);
             let Some((index, mesh)) = node.mesh.and_then(|index| Some((index, scene.meshes.get(index)?))) else {
@@ -103,10 +124,10 @@ impl Collector {
             let posed = Posed {
                 world_from_object: node.world_from_object,
                 morph_weights: own.clone(),
-                joints: node.skin.map(|skin| scene.joint_matrices(skin)).unwrap_or_default(),
+                joints: node.skin.and_then(|skin| self.skins.get(skin)).cloned(),
             };
             let Some(last) = self.last.get_mut(id.0 as usize) else { continue };
-            if last.as_ref() == Some(&posed) {
+            if last.as_ref().is_some_and(|last| last.is(&posed)) {
                 continue;
             }
             for (slot, primitive) in mesh.primitives.iter().enumerate() {
@@ -156,7 +177,8 @@ fn push_box(points: &mut Vec<Vec3>, node: &Node, primitive: &Primitive) {
 fn push_vertices(points: &mut Vec<Vec3>, posed: &Posed, primitive: &Primitive, named: Option<&[u32]>) {
     let world_from_object = posed.world_from_object;
     points.reserve(named.map_or(primitive.positions.len(), <[u32]>::len));
-    let is_skinned = !posed.joints.is_empty() && !primitive.joints.is_empty();
+    let matrices = posed.joints.as_deref().unwrap_or_default();
+    let is_skinned = !matrices.is_empty() && !primitive.joints.is_empty();
     if !is_skinned && primitive.morph_targets.is_empty() {
         let place = |position: &[f32; 3]| world_from_object.transform_point3(Vec3::from(*position));
         match named {
@@ -174,7 +196,7 @@ fn push_vertices(points: &mut Vec<Vec3>, posed: &Posed, primitive: &Primitive, n
             if *share == 0.0 {
                 return None;
             }
-            Some(posed.joints.get(usize::from(*joint))?.transform_point3(position) * *share)
+            Some(matrices.get(usize::from(*joint))?.transform_point3(position) * *share)
         };
         Some(match (is_skinned, primitive.joints.get(index), primitive.weights.get(index)) {
             (true, Some(joints), Some(shares)) => joints.iter().zip(shares).filter_map(share).sum(),

@@ -2,7 +2,7 @@
 
 use super::{Document, LoadError, json::Json};
 use crate::{NodeId, Scene};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Where objects of a file are listed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -69,6 +69,7 @@ pub(super) fn check_needed(document: &mut Document, scene: &Scene) -> Result<(),
         return Ok(());
     }
     let faults = &document.faults;
+    let mut checked_skins = BTreeSet::new();
     for NodeId(index) in scene.reachable_nodes() {
         let node = scene.node(NodeId(index));
         faults.check(List::Nodes, index as usize)?;
@@ -79,8 +80,9 @@ pub(super) fn check_needed(document: &mut Document, scene: &Scene) -> Result<(),
         faults.check(List::Meshes, mesh)?;
         if let Some(skin) = node.skin {
             faults.check(List::Skins, skin)?;
-            // Joints need not be in the scene.
-            let joints = scene.skins.get(skin).into_iter().flat_map(|skin| &skin.joints);
+            // Joints need not be in the scene. Those of a skin that many nodes share are looked at once.
+            let unchecked = scene.skins.get(skin).filter(|_| checked_skins.insert(skin));
+            let joints = unchecked.into_iter().flat_map(|skin| &skin.joints);
             joints.into_iter().try_for_each(|joint| faults.check(List::Nodes, joint.0 as usize))?;
         }
         for primitive in scene.meshes.get(mesh).into_iter().flat_map(|mesh| &mesh.primitives) {

@@ -3,7 +3,7 @@
 use super::settings::DebugView;
 use crate::constants::{
     DEBUG_CASCADES, DEBUG_CLUSTERS, DEBUG_FLAGS, DEBUG_LEVELS, DEBUG_LIGHTS, DEBUG_NORMALS, DEBUG_OVERDRAW,
-    DEBUG_TEXEL_DENSITY, DEBUG_UV,
+    DEBUG_PROBE_WEIGHTS, DEBUG_TEXEL_DENSITY, DEBUG_UV,
 };
 use crate::record::LegendEntry;
 
@@ -51,6 +51,7 @@ impl Shown {
             DebugView::Clusters => (DEBUG_CLUSTERS, Drawn::Steps(SLICES)),
             DebugView::Cascades => (DEBUG_CASCADES, Drawn::Steps(CASCADES)),
             DebugView::Levels => (DEBUG_LEVELS, Drawn::Steps(LEVELS)),
+            DebugView::ProbeWeights => (DEBUG_PROBE_WEIGHTS, Drawn::Colors(PROBES)),
         };
         let adds_hidden = view == DebugView::Overdraw;
         Some(Self {
@@ -124,6 +125,19 @@ const LEVELS: &[(f32, Color, &str)] = &[
     (4.5, [50, 150, 240], "level 5"),
     (5.5, [66, 84, 200], "level 6"),
     (6.5, [150, 70, 200], "level 7 and coarser"),
+];
+
+/// By the numbers of a probe along the axes of its grid; `probe_weights.wgsl` has 0.2, 0.8 and 1 for 51, 204 and 255.
+const PROBES: &[(Color, &str)] = &[
+    ([51, 51, 51], "probe: x even, y even, z even"),
+    ([204, 51, 51], "probe: x odd, y even, z even"),
+    ([51, 204, 51], "probe: x even, y odd, z even"),
+    ([204, 204, 51], "probe: x odd, y odd, z even"),
+    ([51, 51, 204], "probe: x even, y even, z odd"),
+    ([204, 51, 204], "probe: x odd, y even, z odd"),
+    ([51, 204, 204], "probe: x even, y odd, z odd"),
+    ([204, 204, 204], "probe: x odd, y odd, z odd"),
+    ([255, 255, 255], "no probe"),
 ];
 
 const CORNERS: &[(Color, &str)] = &[

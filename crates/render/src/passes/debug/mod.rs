@@ -1,10 +1,11 @@
 //! debug: what a frame is made of, in place of the picture: lights and fragments a pixel, texture coordinates, normals,
-//! the density of texels, inputs that cannot be right, slices of clusters, cascades of shadows, levels of detail.
+//! the density of texels, inputs that cannot be right, slices of clusters, cascades of shadows, levels of detail,
+//! weights of probes.
 //!
 //! Sources: lists of lights a pixel as heat after Olsson et al. 2012; the range of base colours (sRGB 30 to 240, of its
 //! luminance; metals may be brighter) after McDermott 2018, "The PBR Guide". It draws all surfaces again, with a depth
-//! of its own, so that it is the same on every path. Reads: surfaces, lists of lights, tiles of shadows. Writes: the
-//! picture, in display colours, so that they are those of the legend whatever curve and exposure.
+//! of its own, so that it is the same on every path. Reads: surfaces, lists of lights, tiles of shadows, texels of
+//! probes. Writes: the picture, in display colours, so that they are those of the legend whatever curve and exposure.
 
 mod legends;
 mod settings;

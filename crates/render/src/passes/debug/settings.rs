@@ -28,6 +28,8 @@ choices! {
         Levels = "levels",
         /// The picture with its probes as spheres.
         Probes = "probes",
+        /// The probes that light a pixel.
+        ProbeWeights = "probe_weights",
     }
 }
 
@@ -36,8 +38,8 @@ settings! {
     pub struct DebugSettings {
         /// What is shown in place of the picture: lights visited for a pixel, fragments drawn for it, texture
         /// coordinates, world normals, texels of the base colour a pixel, inputs that cannot be right, slices of
-        /// clusters, cascades of shadows, levels of detail, or the picture with its probes as spheres; radiance and
-        /// variables stay what they are. `--contact-sheet` has the legend.
+        /// clusters, cascades of shadows, levels of detail, the picture with its probes as spheres, or the probes that
+        /// light each pixel; radiance and variables stay what they are. `--contact-sheet` has the legend.
         view: DebugView = DebugView::Off;
     }
 }

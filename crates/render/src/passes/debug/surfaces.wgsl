@@ -1,15 +1,16 @@
 // debug.opaque, debug.blended: what a view shows of surfaces. Which view is constant when a shader runs.
-// Reads: the lists of lights, tiles of shadows. Writes: colour, or a number in red; alpha is 1.
+// Reads: the lists of lights, tiles of shadows, texels of probes. Writes: colour, or a number in red; alpha is 1.
 // Program: debug_surfaces, also for points. Features: textures.
 
 import package::constants::{
     DEBUG_CASCADES, DEBUG_CLUSTERS, DEBUG_FLAGS, DEBUG_LEVELS, DEBUG_LIGHTS, DEBUG_NORMALS, DEBUG_OVERDRAW,
-    DEBUG_TEXEL_DENSITY, DEBUG_UV,
+    DEBUG_PROBE_WEIGHTS, DEBUG_TEXEL_DENSITY, DEBUG_UV,
 };
 import package::passes::debug::cascades::cascade_number;
 import package::passes::debug::flags::{drawable, flag_of, wrong_of};
 import package::passes::debug::fragment::is_dropped;
 import package::passes::debug::lights::{cluster_slice, visited_lights};
+import package::passes::debug::probe_weights::probe_weights_color;
 import package::passes::debug::texel_density::texels_per_pixel;
 import package::passes::debug::uv::uv_color;
 import package::shaders::surface_material::{shading_normal, surface_sample};
@@ -105,6 +106,9 @@ fn shown_of(in: SurfaceVarying, wrong: vec2f, front_facing: bool) -> vec3f {
     }
     if shown == DEBUG_LEVELS {
         return vec3f(f32(level_of_detail), 0.0, 0.0);
+    }
+    if shown == DEBUG_PROBE_WEIGHTS {
+        return probe_weights_color(in.position_world, shading_normal(in, -view.mip_gain, front_facing));
     }
     // One for every fragment; they are added up.
     return vec3f(1.0, 0.0, 0.0);
