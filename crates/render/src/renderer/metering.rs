@@ -316,7 +316,7 @@ mod tests {
     fn a_spark_moves_nothing() {
         // A surface from 0.1 to 0.5, a third of it in the dark.
         let grey = |value: f32| [value, value, value, 1.0];
-        let value = |i: u16| -> f32 { if i % 3 == 0 { 1e-4 } else { 0.1 + f32::from(i) * 4e-4 } };
+        let value = |i: u16| -> f32 { if i.is_multiple_of(3) { 1e-4 } else { 0.1 + f32::from(i) * 4e-4 } };
         let stops = |value: &dyn Fn(u16) -> f32| {
             let pixels: Vec<f32> = (0..1000).flat_map(|i| grey(value(i))).collect();
             let average = Reading::new(&pixels, 0).metering(None, |_| 1.0).log_average_luminance;
