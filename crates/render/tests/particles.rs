@@ -249,3 +249,65 @@ fn light_of_a_sun_and_of_the_environment_is_scattered_to_all_sides_alike() {
     let lit = middle(&mut renderer, &scene, &request) / 0.98;
     assert!(lit.abs_diff_eq(Vec3::splat(0.25), 0.01), "{lit}");
 }
+
+/// What is left of a ball of smoke of 1 m in a sun from the right: the light of its left half over that of its right one.
+fn left_over_right(renderer: &mut Renderer, stretch_secs: f32) -> f32 {
+    let look = Look { opacity: 0.3, softness_m: 0.0, stretch_secs, ..Look::default() };
+    let (mut scene, mut request) = puff(look, &[("0,0,-2", 0.15)]);
+    let particles = &mut scene.particles[0];
+    particles.hold(1000);
+    for (key, value) in [("size_m", "1,1,1"), ("shape", "1")] {
+        particles.set(key, value);
+    }
+    request.settings.background.source = manypass::Background::Color([0.0; 3]);
+    request.settings.environment.source = Environment::None;
+    let sun = Light { intensity: 4.0 * std::f32::consts::PI, kind: LightKind::Directional, ..Light::default() };
+    scene.lights.push(sun);
+    let rotation = look_along(Vec3::NEG_X, Vec3::Y).unwrap();
+    scene.add_node(None, Node { light: Some(0), rotation, ..Node::default() });
+    scene.update_transforms();
+    renderer.render(&scene, &request).unwrap();
+    let radiance = renderer.read_radiance().unwrap();
+    let rows = radiance.chunks_exact(4 * 48);
+    let halves = rows.map(|row| [&row[..4 * 24], &row[4 * 24..]].map(|half| half.iter().step_by(4).sum::<f32>()));
+    let [left, right] = halves.fold([0.0; 2], |sums, half| [sums[0] + half[0], sums[1] + half[1]]);
+    assert!(right > 10.0, "{right}");
+    left / right
+}
+
+#[test]
+fn smoke_is_dark_on_the_side_away_from_the_light_and_streaks_are_not() {
+    let mut renderer = renderer();
+    // Some 400 are whole: an optical depth of 4 through the middle, half of which lies before it.
+    let shaded = left_over_right(&mut renderer, 0.0);
+    assert!(shaded > 0.2 && shaded < 0.8, "{shaded}");
+    // They stand still, so that they are balls all the same.
+    let plain = left_over_right(&mut renderer, 0.02);
+    assert!((plain - 1.0).abs() < 0.15, "{plain}");
+}
+
+#[test]
+fn ragged_edges_differ_all_around_and_the_middle_stays() {
+    let mut renderer = renderer();
+    // Pixels of the same distance from the middle of the picture, 0.77 of the radius.
+    let ring = [(8.5, 0.5), (0.5, 8.5), (6.5, 5.5), (5.5, 6.5)];
+    let ring = ring
+        .into_iter()
+        .flat_map(|(x, y): (f32, f32)| [(24.0 + x, 24.0 + y), (24.0 - x, 24.0 - y), (24.0 + x, 24.0 - y)]);
+    let ring: Vec<usize> = ring.map(|(x, y)| 4 * (y as usize * 48 + x as usize)).collect();
+    let mut of = |raggedness: f32| {
+        let look = Look { opacity: 0.5, emission: 1.0, softness_m: 0.0, raggedness, ..Look::default() };
+        let (scene, mut request) = puff(look, &[("0,0,-2", 0.5)]);
+        request.settings.background.source = manypass::Background::Color([0.0; 3]);
+        let middle = middle(&mut renderer, &scene, &request).x;
+        let radiance = renderer.read_radiance().unwrap();
+        let all = ring.iter().map(|at| radiance[*at]);
+        (middle, all.clone().fold(0.0, f32::max) - all.fold(f32::MAX, f32::min))
+    };
+    let ((round_middle, round_spread), (middle, spread)) = (of(0.0), of(1.0));
+    assert!(round_spread < 0.02 * round_middle, "{round_spread} of {round_middle}");
+    assert!(
+        spread > 0.08 * middle && (middle / round_middle - 1.0).abs() < 0.02,
+        "{spread} of {middle}, {round_middle}"
+    );
+}
