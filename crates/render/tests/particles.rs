@@ -250,8 +250,8 @@ fn light_of_a_sun_and_of_the_environment_is_scattered_to_all_sides_alike() {
     assert!(lit.abs_diff_eq(Vec3::splat(0.25), 0.01), "{lit}");
 }
 
-/// What is left of a ball of smoke of 1 m in a sun from the right: the light of its left half over that of its right one.
-fn left_over_right(renderer: &mut Renderer, stretch_secs: f32) -> f32 {
+/// The light of the left and of the right half of a ball of smoke of 1 m in a sun that shines in a direction.
+fn halves_of_smoke(renderer: &mut Renderer, shines: Vec3, stretch_secs: f32) -> [f32; 2] {
     let look = Look { opacity: 0.3, softness_m: 0.0, stretch_secs, ..Look::default() };
     let (mut scene, mut request) = puff(look, &[("0,0,-2", 0.15)]);
     let particles = &mut scene.particles[0];
@@ -263,27 +263,28 @@ fn left_over_right(renderer: &mut Renderer, stretch_secs: f32) -> f32 {
     request.settings.environment.source = Environment::None;
     let sun = Light { intensity: 4.0 * std::f32::consts::PI, kind: LightKind::Directional, ..Light::default() };
     scene.lights.push(sun);
-    let rotation = look_along(Vec3::NEG_X, Vec3::Y).unwrap();
+    let rotation = look_along(shines, Vec3::Y).unwrap();
     scene.add_node(None, Node { light: Some(0), rotation, ..Node::default() });
     scene.update_transforms();
     renderer.render(&scene, &request).unwrap();
     let radiance = renderer.read_radiance().unwrap();
-    let rows = radiance.chunks_exact(4 * 48);
-    let halves = rows.map(|row| [&row[..4 * 24], &row[4 * 24..]].map(|half| half.iter().step_by(4).sum::<f32>()));
-    let [left, right] = halves.fold([0.0; 2], |sums, half| [sums[0] + half[0], sums[1] + half[1]]);
-    assert!(right > 10.0, "{right}");
-    left / right
+    let red = |half: &[f32]| half.iter().step_by(4).sum::<f32>();
+    let rows = radiance.chunks_exact(4 * 48).map(|row| [red(&row[..4 * 24]), red(&row[4 * 24..])]);
+    rows.fold([0.0; 2], |sums, half| [sums[0] + half[0], sums[1] + half[1]])
 }
 
 #[test]
 fn smoke_is_dark_on_the_side_away_from_the_light_and_streaks_are_not() {
     let mut renderer = renderer();
-    // Some 400 are whole: an optical depth of 4 through the middle, half of which lies before it.
-    let shaded = left_over_right(&mut renderer, 0.0);
-    assert!(shaded > 0.2 && shaded < 0.8, "{shaded}");
+    // Some 350 are whole: an optical depth of 5 through the middle.
+    let [left, right] = halves_of_smoke(&mut renderer, Vec3::NEG_X, 0.0);
+    assert!(left > 10.0 && left < 0.8 * right, "{left} {right}");
     // They stand still, so that they are balls all the same.
-    let plain = left_over_right(&mut renderer, 0.02);
-    assert!((plain - 1.0).abs() < 0.15, "{plain}");
+    let [left, right] = halves_of_smoke(&mut renderer, Vec3::NEG_X, 0.02);
+    assert!((left / right - 1.0).abs() < 0.15, "{left} {right}");
+    // Those before hide those behind.
+    let [lit, back_lit] = [Vec3::NEG_Z, Vec3::Z].map(|shines| halves_of_smoke(&mut renderer, shines, 0.0));
+    assert!(lit[0] > 1.25 * back_lit[0] && lit[1] > 1.25 * back_lit[1], "{lit:?} {back_lit:?}");
 }
 
 #[test]

@@ -114,7 +114,7 @@ pub(super) fn slabs(scene: &mut Scene) -> [TextureRef; 2] {
 /// Plaster, as [`slabs`].
 pub(super) fn plaster(scene: &mut Scene) -> [TextureRef; 2] {
     let color = colors(scene, "plaster", 256, |uv| Vec3::splat(0.8 * (1.0 + 0.22 * cloud(uv, UVec2::splat(3), 6))));
-    let relief = normals(scene, "plaster relief", 256, 2.0, |uv| 0.01 * cloud(uv, UVec2::splat(8), 5));
+    let relief = normals(scene, "plaster relief", 256, 2.0, |uv| 0.004 * cloud(uv, UVec2::splat(8), 5));
     [color, relief]
 }
 

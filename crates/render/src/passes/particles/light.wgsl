@@ -1,11 +1,12 @@
 // particles.light: the radiance of every particle, of what it emits and of the light that it scatters to all sides alike, as
 // a puff of smoke does: of the lights of its cluster, of those without range, and of the environment, with their shadows and
-// those of other particles of the system (`shade.wgsl`), as if all lamps stood where most of their light comes from.
+// those of other particles of the system (`shade.wgsl`), as if all lamps stood where most of their light comes from; times what
+// it counts in the mean of all that are seen in a pixel.
 // Reads: the states of what moves them, the tables of lights, clusters and shadows. Writes: pre-exposed radiance, in fog; 0
 // where the view does not show one.
 // Program: particles_light.
 
-import package::view::view;
+import package::view::{direction_to_eye_world, view};
 import package::shaders::colour::half_float_clamped;
 import package::shaders::environment::{environment_irradiance, enter_surroundings, outside_probes, sun_count};
 import package::shaders::environment_uniform::environment;
@@ -15,7 +16,7 @@ import package::shaders::light_table::{
     LIGHT_AXIS, LIGHT_COLOR, LIGHT_POSITION, cluster_at, cluster_grid, cluster_light_at, light_part, light_place, table_rows,
 };
 import package::shaders::shadows::{directional_visibility_in_air, punctual_visibility_in_air, shadowed};
-import package::passes::particles::shade::{comes_through, depths_around};
+import package::passes::particles::shade::{comes_through, depths_around, weight_in_sight};
 import package::passes::particles::uniform::{particles, place, velocity};
 
 const FOUR_PI: f32 = 12.5663706;
@@ -70,8 +71,8 @@ fn add_directional(index: u32, position_world: vec3f, sums: ptr<function, Arrivi
     (*sums).towards -= dot(irradiance, LUMINANCE) * light_part(table_uv, LIGHT_AXIS).xyz;
 }
 
-// All light on the particle `own`, over the whole sphere.
-fn light_on(own: u32, position_world: vec3f, position_px: vec2f, distance_m: f32) -> vec3f {
+// All light on the particle `own` over the whole sphere, and in w what it counts.
+fn light_on(own: u32, position_world: vec3f, position_px: vec2f, distance_m: f32) -> vec4f {
     enter_surroundings(position_world);
     // Of the environment from above and from below: twice the irradiance of each side is what a sphere of it gives.
     let above = 2.0 * environment_irradiance(vec3f(0.0, 1.0, 0.0));
@@ -98,12 +99,13 @@ fn light_on(own: u32, position_world: vec3f, position_px: vec2f, distance_m: f32
         add_punctual(cluster_light_at(list.first + i, rows), position_world, &sums);
     }
     let strength = length(sums.towards);
-    let depths = depths_around(own, position_world, sums.towards / max(strength, 1e-9));
-    let through = comes_through(depths * vec3f(1.0, AROUND, AROUND));
+    let to_eye = direction_to_eye_world(position_world);
+    let depths = depths_around(own, position_world, sums.towards / max(strength, 1e-9), to_eye);
+    let through = comes_through(depths.around.xyz * vec3f(1.0, AROUND, AROUND));
     // Lamps on all sides are shaded as the environment is.
     let one_sided = clamp(strength / max(dot(sums.irradiance, LUMINANCE), 1e-9), 0.0, 1.0);
     let direct = sums.irradiance * mix(0.5 * (through.y + through.z), through.x, one_sided);
-    return above * through.y + below * through.z + direct;
+    return vec4f(above * through.y + below * through.z + direct, weight_in_sight(depths));
 }
 
 @fragment
@@ -122,7 +124,8 @@ fn fs_particles_light(@builtin(position) position: vec4f) -> @location(0) vec4f 
         let distance_m = max(-(view.view_from_world * vec4f(at.xyz, 1.0)).z, 1e-3);
         let own = u32(position.y) * particles.columns + u32(position.x);
         let seen_px = clamp(position_px, vec2f(0.0), view.size_px - 1.0);
-        radiance += particles.color * light_on(own, at.xyz, seen_px, distance_m) / FOUR_PI;
+        let light = light_on(own, at.xyz, seen_px, distance_m);
+        radiance = (radiance + particles.color * light.xyz / FOUR_PI) * light.w;
     }
     return vec4f(half_float_clamped(fogged(radiance, at.xyz)), 1.0);
 }

@@ -1,6 +1,7 @@
 // particles: billboards that face the eye, along their way where they are drawn for some time of it, and fade before surfaces.
 // Those that hide something leave sums: radiance times optical depth, and the square root of what comes through all of them;
-// so that what is seen is the mean of all by optical depth, whatever their order. Others add light.
+// so that what is seen is the mean of all by optical depth, whatever their order; what is behind others came with less
+// radiance (`shade.wgsl`). Others add light.
 // Source: mean of a medium's source by optical depth (Chandrasekhar 1950), in place of sorting; soft particles (Lorach 2007).
 // Ragged ones lose smooth noise of two octaves at their edges, each another part of it.
 // Reads: the states of what moves them, their light, linear_depth. Writes: sums, or radiance.
@@ -21,9 +22,10 @@ override is_cut: u32 = 0u;
 const NEAR_M: f32 = 0.02;
 // What is thinner is drawn as wide as that in pixels, and fainter.
 const RADIUS_MIN_PX: f32 = 0.6;
-// How many waves of the noise fit in the radius of a ragged one, how much of it noise takes, and how fast it turns.
-const RAGS: f32 = 1.5;
-const RAGGED_LOSS: f32 = 0.6;
+// Waves of the noise in the radius of a ragged one, its contrast, how much it takes at the edge, and how fast it turns.
+const RAGS: f32 = 1.8;
+const RAGS_CONTRAST: f32 = 2.4;
+const RAGGED_LOSS: f32 = 1.6;
 const TURN_RAD_S: f32 = 0.12;
 
 struct ParticleVarying {
@@ -115,8 +117,8 @@ fn noise_at(at: vec2f) -> f32 {
 // What is left of a round profile, from 0 to 1: the middle stays.
 fn eroded(round: f32, noise_place: vec2f) -> f32 {
     let noise = 0.65 * noise_at(noise_place) + 0.35 * noise_at(2.3 * noise_place);
-    let loss = RAGGED_LOSS * particles.raggedness;
-    return clamp((round - loss * noise) / (1.0 - loss), 0.0, 1.0);
+    let share = clamp(RAGS_CONTRAST * (noise - 0.5) + 0.5, 0.0, 1.0);
+    return round * max(1.0 - RAGGED_LOSS * particles.raggedness * share * (1.0 - round), 0.0);
 }
 
 @fragment
