@@ -20,7 +20,7 @@ pub(super) fn noise(at: Vec2, period: UVec2) -> f32 {
 /// has `period` corners.
 pub(super) fn cloud(uv: Vec2, period: UVec2, octaves: u8) -> f32 {
     let octave = |i: u8| {
-        let corners = period * (1 << i);
+        let corners = period * (1u32 << i);
         (noise(uv * corners.as_vec2(), corners) - 0.5) * 0.5f32.powi(i.into())
     };
     (0..octaves).map(octave).sum()
@@ -29,7 +29,7 @@ pub(super) fn cloud(uv: Vec2, period: UVec2, octaves: u8) -> f32 {
 /// Ridges from 0 to 1, in so many octaves: as [`cloud`], with creases where noise is in the middle (Musgrave 1994).
 pub(super) fn ridges(uv: Vec2, period: UVec2, octaves: u8) -> f32 {
     let octave = |i: u8| {
-        let corners = period * (1 << i);
+        let corners = period * (1u32 << i);
         let crease = 1.0 - (2.0 * noise(uv * corners.as_vec2(), corners) - 1.0).abs();
         crease * crease * 0.5f32.powi(i32::from(i) + 1)
     };
