@@ -249,3 +249,66 @@ fn light_of_a_sun_and_of_the_environment_is_scattered_to_all_sides_alike() {
     let lit = middle(&mut renderer, &scene, &request) / 0.98;
     assert!(lit.abs_diff_eq(Vec3::splat(0.25), 0.01), "{lit}");
 }
+
+/// The light of the left and of the right half of a ball of smoke of 1 m in a sun that shines in a direction.
+fn halves_of_smoke(renderer: &mut Renderer, shines: Vec3, stretch_secs: f32) -> [f32; 2] {
+    let look = Look { opacity: 0.3, softness_m: 0.0, stretch_secs, ..Look::default() };
+    let (mut scene, mut request) = puff(look, &[("0,0,-2", 0.15)]);
+    let particles = &mut scene.particles[0];
+    particles.hold(1000);
+    for (key, value) in [("size_m", "1,1,1"), ("shape", "1")] {
+        particles.set(key, value);
+    }
+    request.settings.background.source = manypass::Background::Color([0.0; 3]);
+    request.settings.environment.source = Environment::None;
+    let sun = Light { intensity: 4.0 * std::f32::consts::PI, kind: LightKind::Directional, ..Light::default() };
+    scene.lights.push(sun);
+    let rotation = look_along(shines, Vec3::Y).unwrap();
+    scene.add_node(None, Node { light: Some(0), rotation, ..Node::default() });
+    scene.update_transforms();
+    renderer.render(&scene, &request).unwrap();
+    let radiance = renderer.read_radiance().unwrap();
+    let red = |half: &[f32]| half.iter().step_by(4).sum::<f32>();
+    let rows = radiance.chunks_exact(4 * 48).map(|row| [red(&row[..4 * 24]), red(&row[4 * 24..])]);
+    rows.fold([0.0; 2], |sums, half| [sums[0] + half[0], sums[1] + half[1]])
+}
+
+#[test]
+fn smoke_is_dark_on_the_side_away_from_the_light_and_streaks_are_not() {
+    let mut renderer = renderer();
+    // Some 350 are whole: an optical depth of 5 through the middle.
+    let [left, right] = halves_of_smoke(&mut renderer, Vec3::NEG_X, 0.0);
+    assert!(left > 10.0 && left < 0.8 * right, "{left} {right}");
+    // They stand still, so that they are balls all the same.
+    let [left, right] = halves_of_smoke(&mut renderer, Vec3::NEG_X, 0.02);
+    assert!((left / right - 1.0).abs() < 0.15, "{left} {right}");
+    // Those before hide those behind.
+    let [lit, back_lit] = [Vec3::NEG_Z, Vec3::Z].map(|shines| halves_of_smoke(&mut renderer, shines, 0.0));
+    assert!(lit[0] > 1.25 * back_lit[0] && lit[1] > 1.25 * back_lit[1], "{lit:?} {back_lit:?}");
+}
+
+#[test]
+fn ragged_edges_differ_all_around_and_the_middle_stays() {
+    let mut renderer = renderer();
+    // Pixels of the same distance from the middle of the picture, 0.77 of the radius.
+    let ring = [(8.5, 0.5), (0.5, 8.5), (6.5, 5.5), (5.5, 6.5)];
+    let ring = ring
+        .into_iter()
+        .flat_map(|(x, y): (f32, f32)| [(24.0 + x, 24.0 + y), (24.0 - x, 24.0 - y), (24.0 + x, 24.0 - y)]);
+    let ring: Vec<usize> = ring.map(|(x, y)| 4 * (y as usize * 48 + x as usize)).collect();
+    let mut of = |raggedness: f32| {
+        let look = Look { opacity: 0.5, emission: 1.0, softness_m: 0.0, raggedness, ..Look::default() };
+        let (scene, mut request) = puff(look, &[("0,0,-2", 0.5)]);
+        request.settings.background.source = manypass::Background::Color([0.0; 3]);
+        let middle = middle(&mut renderer, &scene, &request).x;
+        let radiance = renderer.read_radiance().unwrap();
+        let all = ring.iter().map(|at| radiance[*at]);
+        (middle, all.clone().fold(0.0, f32::max) - all.fold(f32::MAX, f32::min))
+    };
+    let ((round_middle, round_spread), (middle, spread)) = (of(0.0), of(1.0));
+    assert!(round_spread < 0.02 * round_middle, "{round_spread} of {round_middle}");
+    assert!(
+        spread > 0.08 * middle && (middle / round_middle - 1.0).abs() < 0.02,
+        "{spread} of {middle}, {round_middle}"
+    );
+}

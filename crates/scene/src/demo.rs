@@ -7,7 +7,9 @@ mod crowd;
 mod doors;
 mod hall;
 mod laboratory;
+mod land;
 mod materials;
+mod paint;
 mod relief;
 mod room;
 mod sandbox;
@@ -91,11 +93,17 @@ fn staged(mut scene: Scene, name: &str) -> Option<Scene> {
 }
 
 /// What frames of a demo need beside its scene and settings, as a stage: the room of `cornell` is lit by what its walls send
-/// each other, which live probes find, and the panel of `room` is a mirror, of which the picture shows too little. It is no
-/// part of [`stage`], because bakers find that light themselves, and stages of users say what is a mirror.
+/// each other, which live probes find, the panel of `room` is a mirror, of which the picture shows too little, and the
+/// balls of `gallery` reflect what lies off the picture. It is no part of [`stage`], because bakers find that light themselves, and stages of users say what is a mirror.
 pub fn frame_stage(name: &str) -> Option<Stage> {
     let text = match name {
         "room" => "model = \"demo:room\"\n[[mirrors]]\nnode = \"Mirror\"\n",
+        "gallery" => concat!(
+            "model = \"demo:gallery\"\n[[mirrors]]\nnode = \"Mirror\"\n",
+            "[[surroundings]]\nname = \"room\"\ncenter = [0, 1.5, 0]\nsize_m = [8.6, 3.5, 7.6]\n",
+            "position = [0.6, 1.1, 0.6]\nwalls_center = [0, 1.5, 0]\nwalls_size_m = [8, 3, 7]\n",
+        ),
+        "surroundings" => "model = \"demo:gallery\"\n[[mirrors]]\nnode = \"Mirror\"\n",
         "cornell" => "model = \"demo:cornell\"\n[[probes]]\ncounts = [4, 4, 4]\n",
         _ => return None,
     };
@@ -117,7 +125,7 @@ pub fn stage(name: &str) -> Option<Stage> {
         "water" => include_str!("demo/water.stage.toml"),
         "doors" => "model = \"demo:doors\"\n[settings.exposure]\nstops = \"auto-1\"\n",
         "portals" => include_str!("demo/portals.stage.toml"),
-        "gallery" => "model = \"demo:gallery\"\n[settings.exposure]\nstops = \"auto-1\"\n",
+        "gallery" => "model = \"demo:gallery\"\n[settings.exposure]\nstops = \"auto-1.6\"\n",
         "surroundings" => include_str!("demo/surroundings.stage.toml"),
         "laboratory" => "model = \"demo:laboratory\"\n[settings.exposure]\nstops = \"auto\"\n",
         "simulations" => include_str!("demo/simulations.stage.toml"),
@@ -192,6 +200,7 @@ mod tests {
             assert!(named(name).is_some(), "{name}");
             if let Some((stage, mut scene)) = frame_stage(name).zip(named(name)) {
                 assert!(stage.apply(&mut scene).is_ok(), "{name}");
+                assert_eq!(scene.surroundings.is_empty(), !["gallery", "surroundings"].contains(&name), "{name}");
             }
         }
     }

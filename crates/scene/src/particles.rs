@@ -95,12 +95,14 @@ impl Preset {
                 opacity: 0.0,
                 stretch_secs: 0.022,
                 softness_m: 0.0,
+                raggedness: 0.0,
             },
             Self::Smoke => Look {
                 radius_m: Vec2::new(0.1, 0.42),
                 color: Vec3::splat(0.72),
                 opacity: 0.14,
                 softness_m: 0.25,
+                raggedness: 1.0,
                 ..look
             },
             Self::Rain => Look {
@@ -132,12 +134,14 @@ pub struct Look {
     pub stretch_secs: f32,
     /// How far before a surface they begin to fade, in metres.
     pub softness_m: f32,
+    /// How ragged their edges are: from 0, where they are round, to 1, where noise takes much of their outer half.
+    pub raggedness: f32,
 }
 
 impl Default for Look {
     fn default() -> Self {
         let (color, radius_m) = (Vec3::ONE, Vec2::splat(0.02));
-        Self { radius_m, color, emission: 0.0, opacity: 1.0, stretch_secs: 0.0, softness_m: 0.05 }
+        Self { radius_m, color, emission: 0.0, opacity: 1.0, stretch_secs: 0.0, softness_m: 0.05, raggedness: 0.0 }
     }
 }
 

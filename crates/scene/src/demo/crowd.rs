@@ -1,11 +1,12 @@
 //! Many small things, to see and to measure what levels of detail spare.
 
+use super::paint::{cloud, colors, tiled};
 use crate::material::{Clearcoat, Mapped, Sheen};
 use crate::{
     Camera, Image, ImageSource, Light, LightKind, Material, Mesh, Node, PixelFormat, Pixels, Primitive, Projection,
     Scene, Texture, TextureRef, TextureTransform, primitives,
 };
-use glam::{Quat, Vec3};
+use glam::{Quat, UVec2, Vec2, Vec3};
 
 /// Bodies of a row, and rows.
 const COLUMNS: usize = 50;
@@ -18,8 +19,8 @@ const STEP_M: f32 = 0.35;
 const TEXELS: u32 = 128;
 
 /// A field of 10,000 pebbles of sixteen kinds, each with 1,472 triangles, colours and a normal map; one in four has a
-/// clear coat, and one in four is of velvet. In a picture of 960 x 540 the balls around the nearest are 16 pixels wide
-/// and those around the farthest 3.
+/// clear coat, and one in four is of velvet. They lie on bare earth. In a picture of 960 x 540 the balls around the
+/// nearest are 16 pixels wide and those around the farthest 3.
 pub fn crowd() -> Scene {
     let mut scene = Scene::default();
     for kind in 0..KINDS {
@@ -45,6 +46,7 @@ pub fn crowd() -> Scene {
             },
         );
     }
+    ground(&mut scene);
     scene.lights.push(Light { intensity: 3.0, kind: LightKind::Directional, ..Light::default() });
     let sun = Quat::from_rotation_y(0.7) * Quat::from_rotation_x(-0.8);
     scene.add_node(None, Node { rotation: sun, light: Some(0), ..Node::default() });
@@ -55,6 +57,26 @@ pub fn crowd() -> Scene {
     scene.add_node(None, Node { translation: eye, rotation, camera: Some(0), ..Node::default() });
     scene.update_transforms();
     scene
+}
+
+/// Bare earth below them, on which their shadows lie.
+fn ground(scene: &mut Scene) {
+    let earth = colors(scene, "earth", 256, |uv| {
+        let patch = cloud(uv, UVec2::splat(4), 6);
+        Vec3::new(0.3, 0.26, 0.21) * (1.0 + 0.6 * patch + 0.3 * cloud(uv, UVec2::splat(64), 2))
+    });
+    let times = Vec2::splat(32.0);
+    scene.materials.push(Material {
+        name: "earth".into(),
+        base_color_texture: Some(tiled(earth, times)),
+        metallic_factor: 0.0,
+        roughness_factor: 0.95,
+        ..Material::default()
+    });
+    let square = Primitive { material: Some(scene.materials.len() - 1), ..primitives::plane(160.0) };
+    scene.meshes.push(Mesh { name: "earth".into(), primitives: vec![square], ..Mesh::default() }.into());
+    let translation = Vec3::new(0.0, -0.07, -30.0);
+    scene.add_node(None, Node { mesh: Some(scene.meshes.len() - 1), translation, ..Node::default() });
 }
 
 /// A ball with hollows.
@@ -110,4 +132,17 @@ fn texture(scene: &mut Scene, texel: impl Fn(u32, u32) -> Vec3) -> TextureRef {
     scene.textures.push(Texture { image: scene.images.len(), sampler: Default::default() });
     scene.images.push(Image { name: String::new(), source: ImageSource::Pixels(pixels.into()) });
     TextureRef { texture, uv_set: 0, transform: TextureTransform::default() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pebbles_are_a_little_sunk_into_the_ground() {
+        let scene = crowd();
+        let grounds: Vec<_> = scene.nodes.iter().filter(|node| node.mesh == Some(KINDS)).collect();
+        let lowest = scene.meshes[..KINDS].iter().map(|mesh| mesh.primitives[0].bounds.min.y).fold(0.0, f32::min);
+        assert!(grounds.len() == 1 && grounds[0].translation.y > lowest && grounds[0].translation.y < 0.75 * lowest);
+    }
 }

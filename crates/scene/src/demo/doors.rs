@@ -1,5 +1,6 @@
 //! Two chambers far apart, with a doorway in a wall of each, and two openings in the first: places for portals.
 
+use super::paint::{cover, slabs};
 use super::{Demo, pose};
 use crate::primitives::{cube, cylinder, plane, torus, uv_sphere};
 use crate::{Animation, Camera, Channel, Interpolation, Keyframes, Light, LightKind, Node, NodeId, Projection, Scene};
@@ -33,10 +34,18 @@ pub fn doors() -> Scene {
     let eye = Vec3::new(0.9, 1.6, 2.75);
     let camera = Node { name: "Main".into(), camera: Some(0), ..pose(eye, Vec3::new(-0.55, 1.15, -2.0)) };
     doors.scene.add_node(None, camera);
-    let warm = [[0.5, 0.36, 0.26], [0.36, 0.33, 0.29], [0.16, 0.09, 0.05]];
-    let cool = [[0.22, 0.34, 0.36], [0.3, 0.33, 0.34], [0.04, 0.09, 0.12]];
+    let warm = [[0.5, 0.36, 0.26], [0.44, 0.4, 0.35], [0.16, 0.09, 0.05]];
+    let cool = [[0.22, 0.34, 0.36], [0.36, 0.4, 0.41], [0.04, 0.09, 0.12]];
     chamber(&mut doors, Vec3::ZERO, warm, true);
     chamber(&mut doors, APART_M * Vec3::X, cool, false);
+    let stone = slabs(&mut doors.scene);
+    for material in 0..doors.scene.materials.len() {
+        if doors.scene.materials[material].name == "Floor" {
+            cover(&mut doors.scene, material, stone, Vec2::splat(3.2));
+            // Smooth but for its joints, because it is polished.
+            doors.scene.materials[material].normal_scale = 0.25;
+        }
+    }
     things(&mut doors);
     lamps(&mut doors);
     let ball = goers(&mut doors);

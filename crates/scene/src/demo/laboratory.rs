@@ -1,5 +1,6 @@
 //! A laboratory with a tiled basin and two dark panels: a place for simulations.
 
+use super::paint::{cover, plaster, slabs};
 use super::room::chequers;
 use super::{Demo, pose};
 use crate::primitives::{cube, cylinder, plane, uv_sphere};
@@ -17,8 +18,9 @@ const GROUND_M: f32 = 0.2;
 /// How long the ball and the stirrer take for a round, and how long they go on, in seconds.
 const ROUND_SECS: f32 = 8.0;
 const ROUNDS: u16 = 4;
-/// The place of the back wall, and the side of a panel.
+/// The places of the panels and of the wall behind them, and the side of a panel.
 const BACK_M: f32 = -1.9;
+const WALL_M: f32 = -1.925;
 const PANEL_M: f32 = 1.25;
 
 /// A basin of 2.4 by 1.6 metres whose `Water` is at 0.6 m, with a `Ball` that goes around in it in 8 seconds and two posts
@@ -53,11 +55,18 @@ fn named(place: &mut Demo, name: &str, mesh: usize, translation: Vec3, scale: Ve
 }
 
 fn shell(place: &mut Demo) {
-    let floor = place.material("Floor", [0.33, 0.31, 0.29], 0.0, 0.6);
-    let wall = place.material("Wall", [0.5, 0.5, 0.48], 0.0, 0.9);
-    let (floor, wall) = (place.mesh(plane(1.0), floor), place.mesh(cube(Vec3::ONE), wall));
+    let floor = place.material("Floor", [0.36, 0.34, 0.31], 0.0, 0.6);
+    let wall = place.material("Wall", [0.58, 0.55, 0.49], 0.0, 0.9);
+    let dado = place.material("Dado", [0.09, 0.2, 0.21], 0.0, 0.35);
+    let (of_floor, of_wall) = (slabs(&mut place.scene), plaster(&mut place.scene));
+    cover(&mut place.scene, floor, of_floor, Vec2::splat(7.0));
+    cover(&mut place.scene, wall, of_wall, Vec2::new(7.0, 2.0));
+    let (floor, wall, dado) =
+        (place.mesh(plane(1.0), floor), place.mesh(cube(Vec3::ONE), wall), place.mesh(cube(Vec3::ONE), dado));
     place.put(floor, Vec3::ZERO, Vec3::new(14.0, 1.0, 14.0));
-    place.put(wall, Vec3::new(0.0, 2.0, BACK_M - 0.15), Vec3::new(14.0, 4.0, 0.2));
+    place.put(wall, Vec3::new(0.0, 2.0, WALL_M - 0.1), Vec3::new(14.0, 4.0, 0.2));
+    place.put(dado, Vec3::new(0.0, 0.375, WALL_M), Vec3::new(14.0, 0.75, 0.02));
+    place.put(dado, Vec3::new(0.0, 0.77, WALL_M), Vec3::new(14.0, 0.04, 0.05));
 }
 
 fn basin(place: &mut Demo) {
@@ -120,12 +129,13 @@ fn lamp(place: &mut Demo) {
     place.scene.lights.push(Light {
         name: "Lamp".into(),
         color_linear: Vec3::new(1.0, 0.95, 0.88),
-        intensity: 3.2,
+        intensity: 3.6,
+        radius_m: 0.02,
         kind: LightKind::Directional,
         ..Light::default()
     });
     let light = Some(place.scene.lights.len() - 1);
-    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, Vec3::new(-0.35, -1.0, -0.42).normalize());
+    let rotation = Quat::from_rotation_arc(Vec3::NEG_Z, Vec3::new(-0.62, -0.78, -0.6).normalize());
     place.scene.add_node(None, Node { name: "Lamp".into(), light, rotation, ..Node::default() });
 }
 

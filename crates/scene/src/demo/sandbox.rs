@@ -1,9 +1,10 @@
 //! A box of sand, on which a ball rolls and a stamp hops: a place for trails.
 
+use super::paint::{cloud, colors, cover, slabs};
 use super::{Demo, pose};
 use crate::primitives::{cube, cylinder, plane, uv_sphere};
 use crate::{Animation, Camera, Channel, Interpolation, Keyframes, Light, LightKind, Node, NodeId, Projection, Scene};
-use glam::{Quat, Vec2, Vec3};
+use glam::{Quat, UVec2, Vec2, Vec3};
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 /// Width and depth of the sand, in metres.
@@ -41,8 +42,13 @@ pub fn sandbox() -> Scene {
 
 fn ground(place: &mut Demo) {
     let sand = place.material("Sand", [0.58, 0.49, 0.37], 0.0, 0.95);
-    let stone = place.material("Stone", [0.24, 0.24, 0.23], 0.0, 0.8);
-    let wood = place.material("Wood", [0.36, 0.22, 0.12], 0.0, 0.6);
+    let stone = place.material("Stone", [0.3, 0.3, 0.29], 0.0, 0.8);
+    let wood = place.material("Wood", [0.42, 0.26, 0.14], 0.0, 0.6);
+    let of_stone = slabs(&mut place.scene);
+    cover(&mut place.scene, stone, of_stone, Vec2::splat(6.0));
+    let grain = |uv: Vec2| Vec3::splat(0.85 + 0.6 * cloud(uv, UVec2::splat(7), 3));
+    let grain = colors(&mut place.scene, "wood", 128, grain);
+    place.scene.materials[wood].base_color_texture = Some(grain);
     let (sand, stone, wood) =
         (place.mesh(plane(1.0), sand), place.mesh(plane(12.0), stone), place.mesh(cube(Vec3::ONE), wood));
     let scale = Vec3::new(SAND_M.x, 1.0, SAND_M.y);

@@ -1,20 +1,19 @@
 //! The shore of a lake: sand that goes down into the water, boulders, a jetty, and a stone basin; dry, a place for water.
 
+use super::land::{self, chance, height_m, rough};
+use super::paint::{cloud, colors, normals, ridges};
 use super::shapes::lathe;
 use super::{Demo, pose};
 use crate::primitives::{cube, cylinder, plane, torus, uv_sphere};
-use crate::{Animation, Camera, Channel, Interpolation, Keyframes, Node, NodeId, Primitive, Projection, Scene};
-use glam::{Quat, Vec2, Vec3};
+use crate::{Animation, Camera, Channel, Interpolation, Keyframes, Node, NodeId, Projection, Scene};
+use glam::{Quat, UVec2, Vec2, Vec3};
 use std::f32::consts::TAU;
 
-/// Half the side of the land in metres, and the squares of a side.
-const HALF_M: f32 = 48.0;
-const SQUARES: u16 = 192;
 /// How long the buoy takes to rise and fall, in seconds, and how far it goes, in metres.
 const SWELL_SECS: f32 = 2.4;
 const SWELL_M: f32 = 0.03;
 /// The middle of the basin.
-const BASIN: Vec3 = Vec3::new(3.75, 0.0, 2.1);
+pub(super) const BASIN: Vec3 = Vec3::new(3.75, 0.0, 2.1);
 
 /// A bay of about 60 metres with hills behind it, whose ground is at −4 m in the deepest place: where water is to be, the
 /// plane `Lake` lies at a height of 0, and `Pool` in a basin at 0.62 m. A jetty, boulders, columns that stand in the lake, and a `Buoy`
@@ -25,9 +24,7 @@ pub fn shore() -> Scene {
     shore.scene.cameras.push(Camera { name: "Shore".into(), projection, aspect: None });
     let eye = Vec3::new(0.6, 2.5, 5.0);
     shore.scene.add_node(None, Node { name: "Shore".into(), camera: Some(0), ..pose(eye, Vec3::new(0.8, 0.45, -1.0)) });
-    let ground = shore.material("Ground", [1.0; 3], 0.0, 0.95);
-    let land = shore.mesh(land(), ground);
-    shore.put(land, Vec3::ZERO, Vec3::ONE);
+    land::add(&mut shore);
     water(&mut shore);
     boulders(&mut shore);
     jetty(&mut shore);
@@ -38,86 +35,6 @@ pub fn shore() -> Scene {
     scene.animations.push(swell(buoy));
     scene.update_transforms();
     scene
-}
-
-/// From 0 to 1, another number for every pair of whole ones.
-fn chance(x: f32, z: f32) -> f32 {
-    let bits = (x as i32 as u32).wrapping_mul(0x8da6_b343) ^ (z as i32 as u32).wrapping_mul(0xd816_3841);
-    let bits = (bits ^ bits >> 15).wrapping_mul(0x2c1b_3c6d);
-    let bits = (bits ^ bits >> 12).wrapping_mul(0x297a_2d39);
-    (bits >> 8) as f32 / 16_777_216.0
-}
-
-/// A smooth surface through chance numbers.
-fn noise(at: Vec2) -> f32 {
-    let cell = at.floor();
-    let f = at - cell;
-    let s = f * f * (3.0 - 2.0 * f);
-    let corner = |x: f32, z: f32| chance(cell.x + x, cell.y + z);
-    let row = |z: f32| corner(0.0, z) + (corner(1.0, z) - corner(0.0, z)) * s.x;
-    row(0.0) + (row(1.0) - row(0.0)) * s.y
-}
-
-/// Several octaves of it, from −1 to 1.
-fn rough(at: Vec2) -> f32 {
-    let octave = |i: u8| (noise(at * f32::from(1u8 << i) + 17.3 * f32::from(i)) - 0.5) * 0.5f32.powi(i.into());
-    (0..5).map(octave).sum()
-}
-
-fn step(from: f32, to: f32, at: f32) -> f32 {
-    let t = ((at - from) / (to - from)).clamp(0.0, 1.0);
-    t * t * (3.0 - 2.0 * t)
-}
-
-/// The height of the ground.
-fn height_m(x: f32, z: f32) -> f32 {
-    let at = Vec2::new(x, z);
-    // The bay: an ellipse about (0, −14), by how far a place is from its edge.
-    let bay = Vec2::new(x / 26.0, (z + 13.0) / 15.0).length() + 0.16 * rough(at * 0.11);
-    let ground = -4.0 + 4.3 * step(0.35, 1.04, bay) + 0.9 * step(1.0, 1.5, bay);
-    let hills = 13.0 * step(1.35, 2.3, bay) * (0.55 + rough(at * 0.05 + 3.0)) * step(10.0, -16.0, z);
-    let fine = 0.05 * rough(at * 0.9);
-    // Flat where the basin stands.
-    let away = Vec2::new(x - BASIN.x, z - BASIN.z).length();
-    let flat = step(3.2, 2.0, away);
-    (ground + hills + fine) * (1.0 - flat) + 0.33 * flat
-}
-
-fn land() -> Primitive {
-    let mut land = Primitive::default();
-    let side = SQUARES + 1;
-    let place = |i: u16| (2.0 * f32::from(i) / f32::from(SQUARES) - 1.0) * HALF_M;
-    for j in 0..side {
-        for i in 0..side {
-            let (x, z) = (place(i), place(j));
-            let y = height_m(x, z);
-            let e = 0.1;
-            let slope_x = (height_m(x + e, z) - height_m(x - e, z)) / (2.0 * e);
-            let slope_z = (height_m(x, z + e) - height_m(x, z - e)) / (2.0 * e);
-            let normal = Vec3::new(-slope_x, 1.0, -slope_z).normalize();
-            land.positions.push([x, y, z]);
-            land.normals.push(normal.to_array());
-            land.uv0.push([x, z]);
-            let dapple = rough(Vec2::new(x, z) * 0.7);
-            let sand = Vec3::new(0.47, 0.38, 0.26) * (1.0 + 0.3 * dapple);
-            let wet = sand * 0.55;
-            let grass = Vec3::new(0.085, 0.13, 0.035) * (1.0 + 0.6 * dapple);
-            let stone = Vec3::new(0.2, 0.19, 0.17) * (1.0 + 0.4 * dapple);
-            let shore = wet.lerp(sand, step(0.02, 0.2, y + 0.06 * dapple));
-            let dry = shore.lerp(grass, step(0.5, 0.95, y + 0.5 * dapple));
-            let color = dry.lerp(stone, step(0.82, 0.68, normal.y));
-            land.colors.push(color.extend(1.0).to_array());
-        }
-    }
-    for j in 0..u32::from(SQUARES) {
-        for i in 0..u32::from(SQUARES) {
-            let a = j * u32::from(side) + i;
-            let (b, c) = (a + 1, a + u32::from(side));
-            land.indices.extend([a, c, b, b, c, c + 1]);
-        }
-    }
-    land.bounds = crate::Aabb::from_points(land.positions.iter().copied().map(Vec3::from));
-    land
 }
 
 /// Panes of dark glass where water is to be.
@@ -137,6 +54,8 @@ fn water(shore: &mut Demo) {
 
 fn boulders(shore: &mut Demo) {
     let stone = shore.material("Stone", [0.23, 0.215, 0.2], 0.0, 0.85);
+    let relief = normals(&mut shore.scene, "stone relief", 256, 1.0, |uv| 0.035 * ridges(uv, UVec2::new(6, 4), 4));
+    shore.scene.materials[stone].normal_texture = Some(relief);
     let of_kind = |seed: f32| {
         let mut boulder = uv_sphere(1.0, 48, 24);
         for (position, normal) in boulder.positions.iter_mut().zip(&mut boulder.normals) {
@@ -187,6 +106,11 @@ fn boulders(shore: &mut Demo) {
 fn jetty(shore: &mut Demo) {
     let wood = shore.material("Wood", [0.27, 0.19, 0.12], 0.0, 0.75);
     let grey = shore.material("Old wood", [0.33, 0.28, 0.23], 0.0, 0.8);
+    let grain = |uv: Vec2| Vec3::splat(0.85 + 0.6 * cloud(uv, UVec2::new(2, 12), 3));
+    let grain = colors(&mut shore.scene, "wood", 128, grain);
+    for material in [wood, grey] {
+        shore.scene.materials[material].base_color_texture = Some(grain);
+    }
     let boards =
         [shore.mesh(cube(Vec3::new(1.3, 0.05, 0.19)), wood), shore.mesh(cube(Vec3::new(1.3, 0.05, 0.19)), grey)];
     let post = shore.mesh(cylinder(0.07, 3.6, 20), wood);
@@ -302,20 +226,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_bay_is_closed_and_deep_enough_for_a_lake() {
-        assert!(height_m(0.0, -13.0) < -3.5 && height_m(0.0, 4.0) > 0.2);
-        // Along the edges of the lake's plane the ground is above it.
-        for step in -10..=10i8 {
-            let share = f32::from(step) / 10.0;
-            for (x, z) in [
-                (31.0 * share, -36.0),
-                (31.0 * share, 8.0),
-                (-31.0, -14.0 + 22.0 * share),
-                (31.0, -14.0 + 22.0 * share),
-            ] {
-                assert!(height_m(x, z) > 0.0, "{x} {z}: {}", height_m(x, z));
-            }
-        }
+    fn the_shore_has_what_its_stages_name() {
         let scene = shore();
         for name in ["Lake", "Pool", "Buoy", "Shore"] {
             assert!(scene.nodes.iter().any(|node| node.name == name), "{name}");

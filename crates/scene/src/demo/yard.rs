@@ -1,6 +1,6 @@
 //! A yard between two walls, and images for what lies and sticks on them: a place for decals.
 
-use super::{Demo, pose};
+use super::{Demo, paint, pose};
 use crate::chance::unit;
 use crate::primitives::{cube, cylinder, plane};
 use crate::{Camera, Image, ImageSource, Light, LightKind, Node, NodeId, PixelFormat, Pixels, Projection, Scene};
@@ -29,8 +29,11 @@ fn named(place: &mut Demo, name: &str, mesh: usize, translation: Vec3, turn_rad:
 }
 
 fn walls(place: &mut Demo) {
-    let paving = place.material("Paving", [0.17, 0.17, 0.165], 0.0, 0.85);
-    let plaster = place.material("Plaster", [0.4, 0.35, 0.28], 0.0, 0.9);
+    let paving = place.material("Paving", [0.21, 0.21, 0.2], 0.0, 0.85);
+    let plaster = place.material("Plaster", [0.5, 0.43, 0.34], 0.0, 0.9);
+    let (of_paving, of_plaster) = (paint::slabs(&mut place.scene), paint::plaster(&mut place.scene));
+    paint::cover(&mut place.scene, paving, of_paving, Vec2::splat(8.0));
+    paint::cover(&mut place.scene, plaster, of_plaster, Vec2::new(8.0, 1.5));
     let stone = place.material("Stone", [0.33, 0.32, 0.3], 0.0, 0.7);
     let (paving, plaster, stone) =
         (place.mesh(plane(1.0), paving), place.mesh(cube(Vec3::ONE), plaster), place.mesh(cube(Vec3::ONE), stone));

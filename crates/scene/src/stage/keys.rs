@@ -389,6 +389,7 @@ pub(super) const PARTICLES: StageTable = StageTable {
             "For how many seconds of their way they are drawn, as in a picture that is exposed so long.",
         ),
         key("softness_m", from(0.0), "How far before a surface they begin to fade, in metres."),
+        key("raggedness", SHARE, "How ragged their edges are, from 0 (round) to 1; 1 of smoke, else 0."),
         key(
             "meets",
             StageType::Text,

@@ -54,6 +54,7 @@ impl ParticlesEntry {
         look.opacity = table.number("opacity").unwrap_or(look.opacity);
         look.stretch_secs = table.number("stretch_s").unwrap_or(look.stretch_secs);
         look.softness_m = table.number("softness_m").unwrap_or(look.softness_m);
+        look.raggedness = table.number("raggedness").unwrap_or(look.raggedness);
         particles.layers = table.layers("layers").unwrap_or(particles.layers);
         let (program, meets) = (table.text("program"), table.text("meets"));
         Ok(Self { particles, program, meets, range: table.range.clone() })

@@ -12,6 +12,12 @@ use glam::{Vec2, Vec3};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use manypass_scene::particles::Look;
 
+/// How many pairs of particles that shade each other a frame looks at, unless that were fewer than [`OCCLUDERS_MIN`] for
+/// each.
+const PAIRS_MAX: u32 = 1 << 21;
+const OCCLUDERS_MIN: u32 = 64;
+const OCCLUDERS_MAX: u32 = 1024;
+
 /// A system of particles that a view shows.
 #[derive(Clone, Debug)]
 pub struct ShownParticles {
@@ -34,11 +40,12 @@ struct ParticlesUniform {
     stretch_secs: f32,
     softness_m: f32,
     columns: u32,
-    padding: Vec2,
+    occluders: u32,
+    raggedness: f32,
 }
 
 impl ParticlesUniform {
-    fn new(look: &Look, columns: u32, pre_exposure: f32) -> Self {
+    fn new(look: &Look, [columns, rows]: [u32; 2], pre_exposure: f32) -> Self {
         let number = |value: f32, most: f32| if value.is_finite() { value.clamp(0.0, most) } else { 0.0 };
         Self {
             color: look.color.map(|value| number(value, 1e6)),
@@ -48,8 +55,19 @@ impl ParticlesUniform {
             stretch_secs: number(look.stretch_secs, 1e3),
             softness_m: number(look.softness_m, 1e4),
             columns,
-            padding: Vec2::ZERO,
+            occluders: occluders(look, columns.saturating_mul(rows)),
+            raggedness: number(look.raggedness, 1.0),
         }
+    }
+}
+
+/// How many particles of a system of `cells` shade each of them: all of a small one, and fewer the more pairs there are.
+/// What adds light, and streaks, which are thin, shade nothing.
+fn occluders(look: &Look, cells: u32) -> u32 {
+    if look.opacity > 0.0 && look.stretch_secs <= 0.0 {
+        (PAIRS_MAX / cells.max(1)).clamp(OCCLUDERS_MIN, OCCLUDERS_MAX).min(cells)
+    } else {
+        0
     }
 }
 
@@ -68,7 +86,7 @@ pub fn record(
     let fog = FogUniform::new(fog, pre_exposure);
     for ShownParticles { name, look, states: [place, velocity] } in all {
         let (columns, rows) = (place.texture().width(), place.texture().height());
-        let uniform = ParticlesUniform::new(look, columns, pre_exposure);
+        let uniform = ParticlesUniform::new(look, [columns, rows], pre_exposure);
         let desc = TextureDesc::new_2d(columns, rows, RADIANCE);
         let lit = r.texture_of(format!("particles/{name}.light"), desc);
         let step = r.fullscreen(format!("particles/{name}.light"), "particles_light", r.view.light_axes());
@@ -106,7 +124,15 @@ mod tests {
             "particles",
             "Particles",
             ParticlesUniform,
-            [color, emission, radius_m, opacity, stretch_secs, softness_m, columns, padding]
+            [color, emission, radius_m, opacity, stretch_secs, softness_m, columns, occluders, raggedness]
         );
+    }
+
+    #[test]
+    fn all_of_a_small_system_shade_each_other_and_streaks_nothing() {
+        let look = Look::default();
+        assert_eq!([0, 1, 500, 10_000, 1 << 20].map(|cells| occluders(&look, cells)), [0, 1, 500, 209, 64]);
+        assert_eq!(occluders(&Look { stretch_secs: 0.02, ..look.clone() }, 500), 0);
+        assert_eq!(occluders(&Look { opacity: 0.0, ..look }, 500), 0);
     }
 }
