@@ -82,11 +82,12 @@ pub fn of_plan(plan: &Plan) -> String {
     let columns =
         [Column::Name, Column::Word, Column::Name, Column::Word, Column::Word, Column::Number, Column::Number];
     let bytes = plan.bytes();
-    let [aliased, unaliased, imported] =
-        [bytes.aliased, bytes.unaliased, bytes.imported].map(|bytes| megabytes(Some(bytes)));
+    let [aliased, unaliased, imported, memoryless] =
+        [bytes.aliased, bytes.unaliased, bytes.imported, bytes.memoryless].map(|bytes| megabytes(Some(bytes)));
     format!(
         "{}{} passes in {} render passes, {} culled\n\
-         textures: {aliased} MB, {unaliased} MB if none shared memory, {imported} MB imported\n",
+         textures: {aliased} MB, {unaliased} MB if none shared memory, {imported} MB imported\n\
+         {memoryless} MB of the {aliased} MB need no memory on GPUs that draw tile by tile (docs/targets.md)\n",
         table(columns, &rows),
         plan.passes.len(),
         plan.render_passes,

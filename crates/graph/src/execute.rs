@@ -2,8 +2,8 @@
 
 use crate::graph::{ColorLoad, DepthLoad, Graph, Read, RunFn, Source, UseKind};
 use crate::part::Part;
-use crate::plan::{Plan, PlannedAttachment, PlannedPass, Target};
-use crate::pool::{Histories, Pool, ViewKey, create_view};
+use crate::plan::{Plan, PlannedAttachment, PlannedPass, Target, is_stored};
+use crate::pool::{Histories, MEMORYLESS, Pool, ViewKey, create_view};
 use crate::report::{PassTime, Run};
 use crate::tap::{self, Taps};
 use crate::times::Times;
@@ -86,14 +86,23 @@ pub struct Executor {
     pub(crate) can_copy_depth: bool,
     /// Whether it costs time to clear targets, and none to keep what they hold: on adapters that draw in memory.
     clears_cost: bool,
+    /// Whether attachments that need no memory are made without ([`Executor::set_memoryless`]).
+    memoryless: bool,
 }
 
 /// A texture of fewer texels takes no memory that would have to be given back at once: 16 KiB of four bytes each.
 const SMALL_TEXELS: u32 = 64 * 64;
 
-/// What the textures behind the slots of a plan have to be.
-fn slot_shapes(plan: &Plan, options: &RunOptions<'_>) -> Vec<(TextureDesc, wgpu::TextureUsages)> {
-    let mut shapes: Vec<_> = plan.slots.iter().map(|desc| (*desc, wgpu::TextureUsages::RENDER_ATTACHMENT)).collect();
+/// What the textures behind the slots of a plan have to be; `memoryless` says whether they may lack memory. What is copied
+/// or timed pass by pass has its render passes cut, between which only memory keeps anything.
+fn slot_shapes(plan: &Plan, options: &RunOptions<'_>, memoryless: bool) -> Vec<(TextureDesc, wgpu::TextureUsages)> {
+    let memoryless = memoryless && matches!(options.taps, Taps::None) && options.time == Timing::Off;
+    let usage = |lacks_memory: bool| {
+        let usage = wgpu::TextureUsages::RENDER_ATTACHMENT;
+        if memoryless && lacks_memory { usage | MEMORYLESS } else { usage }
+    };
+    let slots = plan.slots.iter().zip(plan.memoryless_slots());
+    let mut shapes: Vec<_> = slots.map(|(desc, lacks_memory)| (*desc, usage(lacks_memory))).collect();
     for texture in &plan.textures {
         let Some((_, usage)) = texture.slot.and_then(|slot| shapes.get_mut(slot as usize)) else { continue };
         if texture.sampled || texture.exported {
@@ -129,7 +138,15 @@ impl Executor {
             times: Times::new(device, queue),
             can_copy_depth: device.adapter_info().backend != wgpu::Backend::Gl,
             clears_cost: device.adapter_info().device_type == wgpu::DeviceType::Cpu,
+            memoryless: device.adapter_info().transient_saves_memory == Some(true),
         }
+    }
+
+    /// Whether textures of which [`Plan`] says so ([`crate::PlannedTexture::memoryless`]) are made without memory
+    /// (`TRANSIENT_ATTACHMENT`). At first they are where the adapter says that it saves memory: on GPUs of phones and of
+    /// Apple's. In browsers they are not: those that do not know the usage refuse it.
+    pub fn set_memoryless(&mut self, memoryless: bool) {
+        self.memoryless = memoryless;
     }
 
     /// An empty frame that knows what earlier frames have left in histories. To declare and plan it disturbs nothing.
@@ -182,7 +199,7 @@ impl Executor {
 
     /// Memory that [`Executor::run`] would allocate for textures, beyond what it holds already.
     pub fn missing_bytes(&self, plan: &Plan, options: &RunOptions<'_>) -> u64 {
-        self.pool.missing_bytes(&slot_shapes(plan, options))
+        self.pool.missing_bytes(&slot_shapes(plan, options, self.memoryless))
     }
 
     /// Records a frame. Submit the encoder afterwards.
@@ -255,7 +272,7 @@ impl Executor {
                 labels[slot as usize] = &texture.name;
             }
         }
-        let slots = slot_shapes(plan, options).into_iter().zip(labels);
+        let slots = slot_shapes(plan, options, self.memoryless).into_iter().zip(labels);
         let slots: Vec<usize> =
             slots.map(|((desc, usage), label)| self.pool.take(&self.device, label, &desc, usage)).collect();
         let mut textures: Vec<Option<wgpu::Texture>> = plan
@@ -343,12 +360,19 @@ impl Recorder<'_> {
         let begun = web_time::Instant::now();
         let mut colors: Vec<Option<wgpu::RenderPassColorAttachment<'_>>> = Vec::with_capacity(first.attachments.len());
         let mut depth = None;
-        for (attachment, end) in first.attachments.iter().zip(&last.attachments) {
+        // Only the last pass takes means, and it attaches nothing else that the first does not.
+        let is_mean = |attachment: &&PlannedAttachment| matches!(attachment.target, Target::Resolve(_));
+        let means = last.attachments.iter().filter(is_mean).filter(|_| passes.len() > 1);
+        for attachment in first.attachments.iter().chain(means) {
             let Some(view) = self.view(attachment.use_index) else {
                 continue;
             };
             // What is not stored is cleared before anything is drawn over it again.
-            let is_kept = end.store || is_cut || self.executor.clears_cost || self.options.taps.ends_with(&last.name);
+            let is_kept = is_stored(passes, attachment)
+                || is_cut
+                || self.executor.clears_cost
+                || self.options.taps.ends_with(&last.name);
+            let is_kept = is_kept && !self.is_memoryless(attachment);
             let store = if is_kept { wgpu::StoreOp::Store } else { wgpu::StoreOp::Discard };
             match attachment.target {
                 Target::Color(_) => colors.push(Some(wgpu::RenderPassColorAttachment {
@@ -426,16 +450,22 @@ impl Recorder<'_> {
         self.resources.views.get(use_index as usize)?.as_ref()
     }
 
+    /// Whether the texture behind an attachment lacks memory, so that it is cleared at first and dropped in the end.
+    fn is_memoryless(&self, attachment: &PlannedAttachment) -> bool {
+        let texture = self.resources.textures.get(attachment.texture as usize);
+        texture.is_some_and(|texture| texture.usage().contains(MEMORYLESS))
+    }
+
     /// Whether a target that may hold anything is not cleared. Pictures of passes show nothing of frames before.
-    fn keeps_discarded(&self) -> bool {
-        self.executor.clears_cost && matches!(self.options.taps, Taps::None)
+    fn keeps_discarded(&self, attachment: &PlannedAttachment) -> bool {
+        self.executor.clears_cost && matches!(self.options.taps, Taps::None) && !self.is_memoryless(attachment)
     }
 
     fn color_load(&self, attachment: &PlannedAttachment) -> wgpu::LoadOp<wgpu::Color> {
         match self.uses[attachment.use_index as usize].kind {
             UseKind::Color(ColorLoad::Clear(color)) => wgpu::LoadOp::Clear(color),
             UseKind::Color(ColorLoad::Keep) => wgpu::LoadOp::Load,
-            UseKind::Color(ColorLoad::Discard) if self.keeps_discarded() => wgpu::LoadOp::Load,
+            UseKind::Color(ColorLoad::Discard) if self.keeps_discarded(attachment) => wgpu::LoadOp::Load,
             _ => wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
         }
     }

@@ -82,7 +82,8 @@ pub struct PlannedAttachment {
     pub layer: u32,
     /// What it holds at first.
     pub load: Load,
-    /// Whether the result is stored; otherwise it is discarded.
+    /// Whether the result is stored; otherwise it is discarded. Passes of one group keep it between each other: the last
+    /// of them that attaches it counts.
     pub store: bool,
     #[serde(skip)]
     pub(crate) use_index: u32,
@@ -112,6 +113,9 @@ pub struct PlannedTexture {
     pub exported: bool,
     /// Whether a pass samples it.
     pub sampled: bool,
+    /// Whether it needs no memory on adapters that draw tile by tile, each in memory of the chip: it is cleared, drawn
+    /// to and dropped within one render pass, and so is all that it shares its slot with.
+    pub memoryless: bool,
     /// Index into [`Plan::slots`]; `None` if imported.
     pub slot: Option<u32>,
     /// First use, an index into [`Plan::passes`].
@@ -129,6 +133,8 @@ pub struct PlanBytes {
     pub aliased: u64,
     /// What transient textures would take if none shared memory.
     pub unaliased: u64,
+    /// What of `aliased` needs no memory on adapters that draw tile by tile ([`PlannedTexture::memoryless`]).
+    pub memoryless: u64,
     /// Memory of imported textures that the frame uses.
     pub imported: u64,
 }
@@ -141,11 +147,24 @@ impl Plan {
             let wanted = textures.filter(|texture| texture.imported == imported);
             wanted.map(|texture| texture.desc.bytes()).sum()
         };
+        let memoryless = self.slots.iter().zip(self.memoryless_slots()).filter(|(_, memoryless)| *memoryless);
         PlanBytes {
             aliased: self.slots.iter().map(TextureDesc::bytes).sum(),
             unaliased: sum(false),
+            memoryless: memoryless.map(|(desc, _)| desc.bytes()).sum(),
             imported: sum(true),
         }
+    }
+
+    /// Whether each slot serves textures alone that need no memory.
+    pub(crate) fn memoryless_slots(&self) -> Vec<bool> {
+        let mut slots = vec![false; self.slots.len()];
+        for texture in self.textures.iter().filter(|texture| texture.memoryless) {
+            if let Some(slot) = texture.slot.and_then(|slot| slots.get_mut(slot as usize)) {
+                *slot = true;
+            }
+        }
+        slots
     }
 }
 
@@ -238,7 +257,8 @@ pub(crate) fn plan(graph: &Graph<'_>) -> Plan {
             texture.last = last_pass;
         }
     }
-    merge(&mut plan);
+    merge(graph, &mut plan);
+    mark_memoryless(&mut plan);
     share_slots(&mut plan);
     plan
 }
@@ -247,8 +267,8 @@ fn uses_of(pass: &PassNode<'_>) -> Range<usize> {
     pass.uses.start as usize..pass.uses.end as usize
 }
 
-/// Walks backwards from the results. Returns which passes run, and for each use
-/// that writes whether what it writes is needed afterwards.
+/// Walks backwards from the results. Returns which passes run, and for each attachment
+/// whether what it holds after its pass is needed.
 fn cull(graph: &Graph<'_>) -> (Vec<bool>, Vec<bool>) {
     let (bases, total) = subresource_bases(graph);
     let subresources = |texture: u32, part: Part| {
@@ -277,7 +297,7 @@ fn cull(graph: &Graph<'_>) -> (Vec<bool>, Vec<bool>) {
         live[index] = true;
         for (offset, used) in uses.iter().enumerate() {
             let persistent = graph.textures[used.texture as usize].is_persistent();
-            stored[pass.uses.start as usize + offset] = used.kind.is_write() && (persistent || is_wanted(used));
+            stored[pass.uses.start as usize + offset] = used.kind.is_attachment() && (persistent || is_wanted(used));
         }
         // An attachment is one subresource and a load that ignores its contents
         // replaces all of it, so that earlier writers are not needed for it.
@@ -318,6 +338,7 @@ fn plan_pass(
                 imported: node.is_persistent(),
                 exported: false,
                 sampled: false,
+                memoryless: false,
                 slot: None,
                 first: at,
                 last: at,
@@ -364,39 +385,95 @@ fn plan_pass(
     result
 }
 
-/// Gives neighbours on the same attachments one group. No pass of a group can sample what the group writes: all attach
-/// the same views in the same way, and to sample an attached view that is written is feedback, which the check refuses.
-fn merge(plan: &mut Plan) {
+/// Gives neighbours on the same attachments one group: what is drawn over the same targets, tests the depth that is
+/// there, or takes the mean of a target without drawing anything.
+fn merge(graph: &Graph<'_>, plan: &mut Plan) {
     let mut group = 0;
     for index in 1..plan.passes.len() {
         let (before, rest) = plan.passes.split_at_mut(index);
-        let (previous, pass) = (&before[index - 1], &mut rest[0]);
-        let same = previous.attachments.len() == pass.attachments.len()
-            && previous.attachments.iter().zip(&pass.attachments).all(|(a, b)| {
-                let same_view = (a.texture, a.mip, a.layer) == (b.texture, b.mip, b.layer);
-                same_view && a.target == b.target && b.load == Load::Keep
-            });
-        group += u32::from(!same);
+        let begin = before.iter().rposition(|earlier| earlier.group != group).map_or(0, |last| last + 1);
+        let pass = &mut rest[0];
+        let draws = graph.passes[pass.declared as usize].run.is_some();
+        group += u32::from(!continues(&before[begin..], pass, draws));
         pass.group = group;
     }
     plan.render_passes = if plan.passes.is_empty() { 0 } else { group + 1 };
 }
 
+/// Whether a pass can be recorded in the render pass of those before it, which attaches what the first of them does.
+/// No pass of a group can sample a colour target of it: all attach the same views, and to sample an attached view that is
+/// written is feedback, which the check refuses. Depth that is only tested is looked at here.
+fn continues(group: &[PlannedPass], pass: &PlannedPass, draws: bool) -> bool {
+    let Some(previous) = group.last() else { return false };
+    let is_mean = |attachment: &&PlannedAttachment| matches!(attachment.target, Target::Resolve(_));
+    // The mean is taken when the render pass ends, of all that was drawn until then.
+    if previous.attachments.iter().any(|attachment| is_mean(&attachment)) {
+        return false;
+    }
+    let is_attached = |wanted: &PlannedAttachment| {
+        let is_there = |there: &PlannedAttachment| {
+            let same_view = (there.texture, there.mip, there.layer) == (wanted.texture, wanted.mip, wanted.layer);
+            let tests_what_is_written = (there.target, wanted.target) == (Target::DepthStencil, Target::DepthReadOnly);
+            same_view && (there.target == wanted.target || tests_what_is_written)
+        };
+        wanted.load == Load::Keep && previous.attachments.iter().any(is_there)
+    };
+    let drawn_to = || pass.attachments.iter().filter(|attachment| !is_mean(attachment));
+    // Pipelines name all targets of a render pass; what draws nothing has none.
+    let is_whole = drawn_to().count() == previous.attachments.len();
+    let only_resolves = !draws && pass.attachments.iter().any(|attachment| is_mean(&attachment));
+    let written_depth = group[0].attachments.iter().find(|attachment| attachment.target == Target::DepthStencil);
+    let samples_it = written_depth.is_some_and(|depth| pass.reads.iter().any(|read| read.texture == depth.texture));
+    (is_whole || only_resolves) && drawn_to().all(is_attached) && !samples_it
+}
+
+/// Whether the last of these passes that attaches what `attachment` does leaves something there that is needed.
+pub(crate) fn is_stored(passes: &[PlannedPass], attachment: &PlannedAttachment) -> bool {
+    let view = |of: &PlannedAttachment| (of.texture, of.mip, of.layer);
+    let mut ends = passes.iter().rev().flat_map(|pass| &pass.attachments);
+    ends.find(|end| view(end) == view(attachment)).is_some_and(|end| end.store)
+}
+
+/// Marks textures of one view that are drawn to within one render pass and whose contents nobody needs before or after
+/// it.
+fn mark_memoryless(plan: &mut Plan) {
+    let Plan { passes, textures, .. } = plan;
+    for (index, texture) in (0_u32..).zip(textures) {
+        let lives = &passes[texture.first as usize..=texture.last as usize];
+        let is_in_one = lives.first().map(|pass| pass.group) == lives.last().map(|pass| pass.group);
+        let is_needed = texture.imported || texture.exported || texture.sampled;
+        if is_needed || !is_in_one || texture.desc.subresources() != 1 {
+            continue;
+        }
+        let uses = || lives.iter().flat_map(|pass| &pass.attachments).filter(|used| used.texture == index);
+        let is_new = uses().next().is_some_and(|used| used.load != Load::Keep);
+        let is_dropped = uses().last().is_some_and(|used| !used.store);
+        let is_drawn_to = uses().all(|used| !matches!(used.target, Target::Resolve(_)));
+        texture.memoryless = is_new && is_dropped && is_drawn_to;
+    }
+}
+
 /// Assigns transient textures to slots: a slot is free again after the pass of
-/// the last use.
+/// the last use. Of free slots those come first that need memory as the texture does, or need none as it.
 fn share_slots(plan: &mut Plan) {
-    // The pass until which each slot is taken.
-    let mut taken_until: Vec<u32> = Vec::new();
+    let Plan { textures, slots, .. } = plan;
+    // The pass until which each slot is taken, and whether it needs no memory.
+    let mut states: Vec<(u32, bool)> = Vec::new();
     // Textures lie in the order of their first use already.
-    for texture in plan.textures.iter_mut().filter(|texture| !texture.imported) {
-        let free =
-            (0..plan.slots.len()).find(|&slot| plan.slots[slot] == texture.desc && taken_until[slot] < texture.first);
+    for texture in textures.iter_mut().filter(|texture| !texture.imported) {
+        let is_free = |slot: usize| slots[slot] == texture.desc && states[slot].0 < texture.first;
+        let alike = (0..slots.len()).find(|&slot| is_free(slot) && states[slot].1 == texture.memoryless);
+        let free = alike.or_else(|| (0..slots.len()).find(|&slot| is_free(slot)));
         let slot = free.unwrap_or_else(|| {
-            plan.slots.push(texture.desc);
-            taken_until.push(0);
-            plan.slots.len() - 1
+            slots.push(texture.desc);
+            states.push((0, texture.memoryless));
+            slots.len() - 1
         });
-        taken_until[slot] = texture.last;
+        states[slot].0 = texture.last;
+        states[slot].1 &= texture.memoryless;
         texture.slot = Some(slot as u32);
+    }
+    for texture in textures {
+        texture.memoryless &= texture.slot.is_some_and(|slot| states[slot as usize].1);
     }
 }

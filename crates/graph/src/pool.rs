@@ -49,6 +49,15 @@ pub(crate) fn create_texture(
     })
 }
 
+/// The usage of attachments that need no memory. It goes with no other but that of attachments, and asks for them to be
+/// cleared and dropped.
+pub(crate) const MEMORYLESS: wgpu::TextureUsages = wgpu::TextureUsages::TRANSIENT_ATTACHMENT;
+
+/// The memory of a texture, as far as it needs any.
+fn memory_bytes(desc: &TextureDesc, usage: wgpu::TextureUsages) -> u64 {
+    if usage.contains(MEMORYLESS) { 0 } else { desc.bytes() }
+}
+
 struct Pooled {
     desc: TextureDesc,
     usage: wgpu::TextureUsages,
@@ -61,9 +70,15 @@ struct Pooled {
 }
 
 impl Pooled {
-    /// Whether the texture is of this shape and can be used in these ways, and perhaps in others.
+    /// Whether the texture is of this shape and can be used in these ways, and perhaps in others. One without memory keeps
+    /// nothing, so that it serves nobody else.
     fn serves(&self, desc: &TextureDesc, usage: wgpu::TextureUsages) -> bool {
-        self.desc == *desc && self.usage.contains(usage)
+        let is_alike = self.usage.contains(MEMORYLESS) == usage.contains(MEMORYLESS);
+        self.desc == *desc && self.usage.contains(usage) && is_alike
+    }
+
+    fn bytes(&self) -> u64 {
+        memory_bytes(&self.desc, self.usage)
     }
 }
 
@@ -115,7 +130,7 @@ impl Pool {
             let found = candidates.find(|(pooled, is_free)| **is_free && pooled.serves(desc, *usage));
             found.map(|(_, is_free)| *is_free = false).is_none()
         };
-        wanted.iter().filter(|texture| is_missing(texture)).map(|(desc, _)| desc.bytes()).sum()
+        wanted.iter().filter(|texture| is_missing(texture)).map(|(desc, usage)| memory_bytes(desc, *usage)).sum()
     }
 
     /// Forgets the textures that `is_gone` names; whoever holds a clone of one keeps it.
@@ -141,13 +156,12 @@ impl Pool {
     /// no more memory than what was used. So a resized view does not pile up the textures of every size it had.
     pub(crate) fn end_run(&mut self) {
         let run = self.run;
-        let used_bytes: u64 =
-            self.textures.iter().filter(|pooled| pooled.last_run == run).map(|pooled| pooled.desc.bytes()).sum();
+        let used_bytes: u64 = self.textures.iter().filter(|pooled| pooled.last_run == run).map(Pooled::bytes).sum();
         let mut unused: Vec<(u64, u64)> = self
             .textures
             .iter()
             .filter(|pooled| pooled.last_run != run)
-            .map(|pooled| (pooled.last_run, pooled.desc.bytes()))
+            .map(|pooled| (pooled.last_run, pooled.bytes()))
             .collect();
         unused.sort_unstable_by(|a, b| b.cmp(a));
         // The most recent unused textures that fit beside the used ones; of one run all or none.
@@ -185,7 +199,7 @@ impl Pool {
     }
 
     pub(crate) fn bytes(&self) -> u64 {
-        self.textures.iter().map(|pooled| pooled.desc.bytes()).sum()
+        self.textures.iter().map(Pooled::bytes).sum()
     }
 }
 

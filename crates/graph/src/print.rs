@@ -59,10 +59,15 @@ impl Plan {
             }
             write!(text, ", {}..={}", texture.first, texture.last)?;
             let exported = if texture.exported { ", exported" } else { "" };
-            writeln!(text, "{exported}")?;
+            let memoryless = if texture.memoryless { ", memoryless" } else { "" };
+            writeln!(text, "{exported}{memoryless}")?;
         }
         let bytes = self.bytes();
-        writeln!(text, "bytes: {} aliased of {}, {} imported", bytes.aliased, bytes.unaliased, bytes.imported)?;
+        write!(text, "bytes: {} aliased of {}, {} imported", bytes.aliased, bytes.unaliased, bytes.imported)?;
+        if bytes.memoryless > 0 {
+            write!(text, ", {} of the aliased memoryless", bytes.memoryless)?;
+        }
+        writeln!(text)?;
         if !self.culled.is_empty() {
             writeln!(text, "culled: {}", self.culled.join(", "))?;
         }

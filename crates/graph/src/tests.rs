@@ -5,6 +5,7 @@ use wgpu::TextureFormat as F;
 use crate::graph::Source;
 use crate::*;
 
+mod memoryless;
 mod properties;
 
 const CLEAR: ColorLoad = ColorLoad::Clear(wgpu::Color::BLACK);
@@ -66,9 +67,9 @@ fn text_of_a_small_frame() {
     read: radiance
 3 textures
   radiance  8x8 Rgba16Float, slot 0, 0..=2
-  depth  8x8 Depth32Float, slot 1, 0..=1
+  depth  8x8 Depth32Float, slot 1, 0..=1, memoryless
   screen  8x8 Rgba8Unorm, imported, 2..=2, exported
-bytes: 768 aliased of 768, 256 imported
+bytes: 768 aliased of 768, 256 imported, 256 of the aliased memoryless
 culled: unused
 "
     );
@@ -182,22 +183,22 @@ fn samples_become_one() {
     let plan = resolving(four, one, false).expect("plans");
     assert_eq!(
         plan.to_text(),
-        "3 passes in 3 render passes
+        "3 passes in 2 render passes
   opaque  8x8
     color 0: color, clear, store
     depth: depth, clear, drop
-  resolve  8x8
+  resolve  8x8 (merged)
     color 0: color, keep, drop
     mean of color 0: mean, discard, store
   shown  8x8
     color 0: shown, clear, store
     read: mean
 4 textures
-  color  8x8 Rgba16Float 4 samples, slot 0, 0..=1
-  depth  8x8 Depth32Float 4 samples, slot 1, 0..=0
+  color  8x8 Rgba16Float 4 samples, slot 0, 0..=1, memoryless
+  depth  8x8 Depth32Float 4 samples, slot 1, 0..=0, memoryless
   mean  8x8 Rgba16Float, slot 2, 1..=2
   shown  8x8 R32Float, slot 3, 2..=2, exported
-bytes: 3840 aliased of 3840, 0 imported
+bytes: 3840 aliased of 3840, 0 imported, 3072 of the aliased memoryless
 "
     );
     // Four samples of 8 bytes and of depth, the same again with the mean, and 4 bytes.

@@ -109,3 +109,125 @@ pub struct ViewOutputs {
     /// What comes through glass of a background that is none of radiance, beside what alpha says (`transmittance`).
     pub tint: Option<Handle>,
 }
+
+#[cfg(test)]
+mod tests {
+    use super::RADIANCE;
+
+    /// Bits of the mantissa of red, green and blue.
+    const HALF: [i32; 3] = [10; 3];
+    const RG11B10: [i32; 3] = [6, 6, 5];
+    /// The exponent of the smallest numbers of both formats that have all of their mantissa.
+    const LEAST_EXPONENT: i32 = -14;
+    const GREY: [f64; 3] = [1.0; 3];
+    const ORANGE: [f64; 3] = [1.0, 0.35, 0.02];
+    /// The share of `bloom.strength`, by default; reflections of a mirror are all of the picture.
+    const BLOOM: f64 = 0.08;
+    const MIRROR: f64 = 1.0;
+
+    /// The level of a display, of 255, that shows a linear value (IEC 61966-2-1).
+    fn level(linear: f64) -> f64 {
+        255.0 * if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+    }
+
+    /// The nearest number with so many bits of mantissa; or the next one towards zero.
+    fn rounded(value: f64, bits: i32, truncates: bool) -> f64 {
+        let exponent = if value > 0.0 { value.log2().floor().max(f64::from(LEAST_EXPONENT)) } else { 0.0 };
+        let step = (exponent - f64::from(bits)).exp2();
+        let steps = value / step;
+        step * if truncates { steps.floor() } else { steps.round() }
+    }
+
+    /// The largest step between two numbers that follow each other, up to `brightest`, where they are so much of a picture
+    /// that is smooth otherwise.
+    fn largest_step(brightest: f64, bits: i32, share: f64) -> f64 {
+        let per_octave = f64::from(bits).exp2();
+        let octaves = (LEAST_EXPONENT..0).map(|exponent| f64::from(exponent).exp2());
+        let values = octaves.flat_map(|first| {
+            let gap = first / per_octave;
+            (0_u32..1 << bits).map(move |index| (first + f64::from(index) * gap, gap))
+        });
+        let within = values.filter(|(value, gap)| value + gap <= brightest);
+        within.map(|(value, gap)| level(value + share * gap) - level(value)).fold(0.0, f64::max)
+    }
+
+    fn largest_steps(colour: [f64; 3], bits: [i32; 3], share: f64) -> [f64; 3] {
+        std::array::from_fn(|channel| largest_step(colour[channel], bits[channel], share))
+    }
+
+    /// The largest distance of two channels of greys, from black to white.
+    fn largest_tint(bits: [i32; 3], share: f64) -> f64 {
+        let tint = |grey: f64| {
+            let levels = bits.map(|bits| level(grey + share * (rounded(grey, bits, false) - grey)));
+            levels.into_iter().fold(f64::MIN, f64::max) - levels.into_iter().fold(f64::MAX, f64::min)
+        };
+        (0..=4096).map(|step| tint(f64::from(step) / 4096.0)).fold(0.0, f64::max)
+    }
+
+    #[track_caller]
+    fn assert_near(found: [f64; 3], expected: [f64; 3]) {
+        let are_near = found.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 0.01);
+        assert!(are_near, "{found:?} for {expected:?}");
+    }
+
+    /// The numbers of docs/targets.md: what mirrors reflect would show bands of 2.6 levels and tints of 1.3 in floats of 11
+    /// and 10 bits, bloom neither.
+    #[test]
+    fn floats_of_eleven_bits_show_bands() {
+        assert_near(largest_steps(GREY, RG11B10, MIRROR), [1.31, 1.31, 2.60]);
+        assert_near(largest_steps(ORANGE, RG11B10, MIRROR), [1.31, 0.98, 0.61]);
+        assert_near(largest_steps(GREY, RG11B10, BLOOM), [0.10, 0.10, 0.21]);
+        assert_near(largest_steps(ORANGE, RG11B10, BLOOM), [0.10, 0.08, 0.05]);
+        assert_near(largest_steps(GREY, HALF, MIRROR), [0.08; 3]);
+        assert_near(largest_steps(ORANGE, HALF, MIRROR), [0.08, 0.06, 0.02]);
+        assert_near([largest_tint(RG11B10, MIRROR), largest_tint(RG11B10, BLOOM), 0.0], [1.31, 0.10, 0.0]);
+        assert!(largest_tint(HALF, MIRROR) == 0.0, "all channels have as many bits");
+        assert_eq!(RADIANCE, wgpu::TextureFormat::Rgba16Float, "docs/targets.md says why");
+    }
+
+    /// One line of bloom's pictures: five times half the size, and back, each the mix of one and the next smaller one; what
+    /// they hold is rounded by `round`.
+    fn bloomed(line: &[f64], round: impl Fn(f64) -> f64) -> Vec<f64> {
+        let at = |line: &[f64], index: isize| line[index.clamp(0, line.len() as isize - 1) as usize];
+        let up = |line: &[f64], index: usize| {
+            let (near, side) = (index as isize / 2, if index.is_multiple_of(2) { -1 } else { 1 });
+            0.75 * at(line, near) + 0.25 * at(line, near + side)
+        };
+        let mut sizes = vec![line.chunks(2).map(|pair| round(0.5 * (pair[0] + pair[1]))).collect::<Vec<_>>()];
+        while sizes.len() < 5 {
+            let larger = &sizes[sizes.len() - 1];
+            let weights = [1.0, 3.0, 3.0, 1.0].map(|weight| weight / 8.0);
+            let down = |index: usize| {
+                let texels = (-1..3).map(|offset| at(larger, 2 * index as isize + offset));
+                round(texels.zip(weights).map(|(texel, weight)| texel * weight).sum())
+            };
+            let smaller = (0..larger.len() / 2).map(down).collect();
+            sizes.push(smaller);
+        }
+        let mut mixed = sizes.pop().expect("five sizes");
+        while let Some(size) = sizes.pop() {
+            let mix = |(index, texel): (usize, &f64)| round(texel + 0.7 * (up(&mixed, index) - texel));
+            mixed = size.iter().enumerate().map(mix).collect();
+        }
+        (0..line.len()).map(|index| up(&mixed, index)).collect()
+    }
+
+    /// OpenGL (EXT_packed_float) lets adapters round to zero where they write floats of 11 and 10 bits. Nine times one
+    /// after the other it shows: by 0.6 levels of blue at the default strength, and by 1.5 at 0.2. Pictures of two adapters
+    /// may differ by 2 in all.
+    #[test]
+    fn adapters_that_round_to_zero_would_show_another_bloom() {
+        let line: Vec<f64> = (0..1024).map(|texel| f64::from(texel) / 1023.0).collect();
+        let shown = |strength: f64, bits: i32, truncates: bool| -> Vec<f64> {
+            let light = bloomed(&line, |value| rounded(value, bits, truncates));
+            line.iter().zip(light).map(|(here, light)| level(here + strength * (light - here))).collect()
+        };
+        let differ = |strength: f64, bits: i32| {
+            let pairs = shown(strength, bits, true).into_iter().zip(shown(strength, bits, false));
+            pairs.map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+        };
+        // Blue, which has the fewest bits.
+        assert_near([differ(BLOOM, 5), differ(0.2, 5), 0.0], [0.61, 1.52, 0.0]);
+        assert!(differ(0.2, 10) < 0.05, "half floats: {}", differ(0.2, 10));
+    }
+}

@@ -4,7 +4,9 @@ mod common;
 
 use glam::Vec3;
 use manypass::gpu::Floor;
-use manypass::graph::{ColorLoad, Executor, Export, Graph, Limits, Plan, Run, RunOptions, Taps, TextureDesc, Timing};
+use manypass::graph::{
+    ColorLoad, DepthLoad, Executor, Export, Graph, Limits, Plan, Run, RunOptions, Taps, TextureDesc, Timing,
+};
 use manypass::scene::material::{Mapped, Volume};
 use manypass::{
     Aov, DebugView, Environment, FogMode, FrameRequest, Gpu, Path, PixelSamples, Renderer, TransparencyMode, scene,
@@ -197,6 +199,61 @@ fn one_target_is_copied_into_a_texture_while_passes_stay_merged() {
     let (_, run) = bench.run(frame(&bench), &options(&wrong));
     let [untapped] = &run.untapped[..] else { panic!("{:?}", run.untapped) };
     assert_eq!((untapped.pass.as_str(), untapped.texture.as_str()), ("first", "radiance"));
+}
+
+/// Four samples of a texel, which become one, and a target that nobody looks at.
+fn resolved(bench: &Bench) -> (Graph<'static>, Export) {
+    let mut graph = bench.graph();
+    let one = |format| TextureDesc::new_2d(8, 8, format);
+    let four = |format| TextureDesc { samples: 4, ..one(format) };
+    let color = graph.texture("color", four(F::Rgba8Unorm));
+    let depth = graph.texture("depth", four(F::Depth32Float));
+    let mean = graph.texture("mean", one(F::Rgba8Unorm));
+    let spare = graph.texture("spare", one(F::Rgba8Unorm));
+    let mut pass = graph.pass("opaque");
+    let color = pass.color(color, fill(0.2));
+    let depth = pass.depth_stencil(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
+    let mut pass = graph.pass("background");
+    let color = pass.color(color, ColorLoad::Keep);
+    pass.depth_stencil_read_only(&depth);
+    let mut pass = graph.pass("resolve");
+    pass.color(color, ColorLoad::Keep);
+    let mean = pass.resolve(mean);
+    let mut pass = graph.pass("spare");
+    pass.color(spare, ColorLoad::Discard);
+    pass.side_effect();
+    let export = graph.export(mean);
+    (graph, export)
+}
+
+/// Where the driver saves no memory the usage changes nothing; wgpu holds passes to its rules everywhere.
+#[test]
+fn attachments_without_memory_show_the_same() {
+    let mut bench = Bench::new();
+    let scope = bench.gpu.device.push_error_scope(wgpu::ErrorFilter::Validation);
+    let plain = RunOptions::default();
+    let timed = RunOptions { time: Timing::Once, ..plain };
+    let tapped = RunOptions { taps: Taps::All, ..plain };
+    let mean_bytes = 8 * 8 * 4;
+    for (memoryless, options, held_bytes) in [
+        (false, plain, 10 * mean_bytes),
+        (true, plain, mean_bytes),
+        (true, plain, mean_bytes),
+        (true, timed, 10 * mean_bytes),
+        // One that can be copied takes the place of the spare target, which is kept for a while.
+        (true, tapped, 11 * mean_bytes),
+        (true, plain, mean_bytes),
+    ] {
+        bench.executor.set_memoryless(memoryless);
+        let (graph, export) = resolved(&bench);
+        let (plan, run) = bench.run(graph, &options);
+        let bytes = plan.bytes();
+        assert_eq!((bytes.aliased, bytes.memoryless), (10 * mean_bytes, 9 * mean_bytes), "{}", plan.to_text());
+        assert_eq!(bench.red(run.exported(export).expect("exported")), 51);
+        assert_eq!(bench.executor.pool_bytes(), held_bytes, "{memoryless} {options:?}");
+    }
+    let refused = pollster::block_on(scope.pop());
+    assert!(refused.is_none(), "{refused:?}");
 }
 
 #[test]

@@ -166,22 +166,43 @@ fn check_plan(plan: &Plan) -> Result<(), TestCaseError> {
             let slot = &mut contents[attachment.texture as usize][place as usize];
             // Within a render pass contents stay; between two they must have been stored.
             prop_assert!(attachment.load != Load::Keep || is_merged || *slot == Contents::Stored, "{}", plan.to_text());
-            if attachment.target != Target::DepthReadOnly {
+            let mut alike =
+                plan.passes.iter().filter(|other| other.group == pass.group).flat_map(|pass| &pass.attachments);
+            // Depth that is tested in the render pass that writes it is stored or dropped with it.
+            let is_written = attachment.target != Target::DepthReadOnly
+                || alike.any(|other| other.target == Target::DepthStencil && other.texture == attachment.texture);
+            if is_written {
                 *slot = if attachment.store { Contents::Stored } else { Contents::Dropped };
             }
         }
-        prop_assert!(pass.attachments.iter().any(|attachment| attachment.store), "{}", plan.to_text());
+        let mut written = pass.attachments.iter().filter(|attachment| attachment.target != Target::DepthReadOnly);
+        prop_assert!(written.any(|attachment| attachment.store), "{}", plan.to_text());
     }
     for (index, a) in plan.textures.iter().enumerate() {
         for b in &plan.textures[..index] {
             let overlap = a.first <= b.last && b.first <= a.last;
-            prop_assert!(!(overlap && a.slot.is_some() && a.slot == b.slot), "{}", plan.to_text());
+            let is_shared = a.slot.is_some() && a.slot == b.slot;
+            prop_assert!(!(overlap && is_shared), "{}", plan.to_text());
+            prop_assert!(!is_shared || a.memoryless == b.memoryless, "{}", plan.to_text());
         }
+        prop_assert!(!a.memoryless || needs_no_memory(plan, index as u32), "{}", plan.to_text());
         if a.exported {
             prop_assert!(contents[index].iter().all(|found| *found == Contents::Stored), "{}", plan.to_text());
         }
     }
     Ok(())
+}
+
+/// Whether a texture is cleared, drawn to and dropped within one render pass.
+fn needs_no_memory(plan: &Plan, texture: u32) -> bool {
+    let uses = plan.passes.iter().flat_map(|pass| pass.attachments.iter().map(move |used| (pass.group, used)));
+    let uses: Vec<_> = uses.filter(|(_, used)| used.texture == texture).collect();
+    let is_sampled = plan.passes.iter().flat_map(|pass| &pass.reads).any(|read| read.texture == texture);
+    let outlives = plan.textures[texture as usize].exported || plan.textures[texture as usize].imported;
+    let is_in_one = uses.windows(2).all(|pair| pair[0].0 == pair[1].0);
+    let is_new = uses.first().is_some_and(|(_, first)| first.load != Load::Keep);
+    let is_dropped = uses.last().is_some_and(|(_, last)| !last.store);
+    !is_sampled && !outlives && is_in_one && is_new && is_dropped
 }
 
 /// A frame in which every kind of use occurs.
@@ -232,6 +253,9 @@ fn the_replay_refuses_plans_that_are_spoilt() {
     }
     assert!(is_refused(&|plan| plan.textures[0].last -= 1), "its life ends too early");
     let transient: Vec<usize> = (0..plan.textures.len()).filter(|at| plan.textures[*at].slot.is_some()).collect();
+    for texture in transient.iter().copied().filter(|texture| !needs_no_memory(&plan, *texture as u32)) {
+        assert!(is_refused(&|plan| plan.textures[texture].memoryless = true), "{texture} keeps something");
+    }
     assert!(
         is_refused(&|plan| plan.textures[transient[1]].slot = plan.textures[transient[0]].slot),
         "shared too early"
