@@ -447,7 +447,7 @@ fn mark_memoryless(plan: &mut Plan) {
         }
         let uses = || lives.iter().flat_map(|pass| &pass.attachments).filter(|used| used.texture == index);
         let is_new = uses().next().is_some_and(|used| used.load != Load::Keep);
-        let is_dropped = uses().last().is_some_and(|used| !used.store);
+        let is_dropped = uses().next_back().is_some_and(|used| !used.store);
         let is_drawn_to = uses().all(|used| !matches!(used.target, Target::Resolve(_)));
         texture.memoryless = is_new && is_dropped && is_drawn_to;
     }
