@@ -2,7 +2,7 @@
 
 use crate::graph::{ColorLoad, DepthLoad, Graph, Read, RunFn, Source, UseKind};
 use crate::part::Part;
-use crate::plan::{Plan, PlannedAttachment, PlannedPass, Target, is_stored};
+use crate::plan::{Plan, PlannedAttachment, PlannedPass, Target, is_mean, is_stored};
 use crate::pool::{Histories, MEMORYLESS, Pool, ViewKey, create_view};
 use crate::report::{PassTime, Run};
 use crate::tap::{self, Taps};
@@ -361,7 +361,6 @@ impl Recorder<'_> {
         let mut colors: Vec<Option<wgpu::RenderPassColorAttachment<'_>>> = Vec::with_capacity(first.attachments.len());
         let mut depth = None;
         // Only the last pass takes means, and it attaches nothing else that the first does not.
-        let is_mean = |attachment: &&PlannedAttachment| matches!(attachment.target, Target::Resolve(_));
         let means = last.attachments.iter().filter(is_mean).filter(|_| passes.len() > 1);
         for attachment in first.attachments.iter().chain(means) {
             let Some(view) = self.view(attachment.use_index) else {

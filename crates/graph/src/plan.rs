@@ -118,7 +118,7 @@ pub struct PlannedTexture {
     pub memoryless: bool,
     /// Index into [`Plan::slots`]; `None` if imported.
     pub slot: Option<u32>,
-    /// First use, an index into [`Plan::passes`].
+    /// First use, an index into [`Plan::passes`]; of means the first pass of their render pass.
     pub first: u32,
     /// Last use, an index into [`Plan::passes`]; the last pass if exported.
     pub last: u32,
@@ -394,10 +394,23 @@ fn merge(graph: &Graph<'_>, plan: &mut Plan) {
         let begin = before.iter().rposition(|earlier| earlier.group != group).map_or(0, |last| last + 1);
         let pass = &mut rest[0];
         let draws = graph.passes[pass.declared as usize].run.is_some();
-        group += u32::from(!continues(&before[begin..], pass, draws));
+        if continues(&before[begin..], pass, draws) {
+            // Means are attached from the beginning of the render pass: nothing that it reads may lie in their memory.
+            for mean in pass.attachments.iter().filter(is_mean) {
+                let texture = &mut plan.textures[mean.texture as usize];
+                texture.first = texture.first.min(begin as u32);
+            }
+        } else {
+            group += 1;
+        }
         pass.group = group;
     }
     plan.render_passes = if plan.passes.is_empty() { 0 } else { group + 1 };
+}
+
+/// Whether an attachment becomes the mean of the samples of another one.
+pub(crate) fn is_mean(attachment: &&PlannedAttachment) -> bool {
+    matches!(attachment.target, Target::Resolve(_))
 }
 
 /// Whether a pass can be recorded in the render pass of those before it, which attaches what the first of them does.
@@ -405,7 +418,6 @@ fn merge(graph: &Graph<'_>, plan: &mut Plan) {
 /// written is feedback, which the check refuses. Depth that is only tested is looked at here.
 fn continues(group: &[PlannedPass], pass: &PlannedPass, draws: bool) -> bool {
     let Some(previous) = group.last() else { return false };
-    let is_mean = |attachment: &&PlannedAttachment| matches!(attachment.target, Target::Resolve(_));
     // The mean is taken when the render pass ends, of all that was drawn until then.
     if previous.attachments.iter().any(|attachment| is_mean(&attachment)) {
         return false;
@@ -424,7 +436,10 @@ fn continues(group: &[PlannedPass], pass: &PlannedPass, draws: bool) -> bool {
     let only_resolves = !draws && pass.attachments.iter().any(|attachment| is_mean(&attachment));
     let written_depth = group[0].attachments.iter().find(|attachment| attachment.target == Target::DepthStencil);
     let samples_it = written_depth.is_some_and(|depth| pass.reads.iter().any(|read| read.texture == depth.texture));
-    (is_whole || only_resolves) && drawn_to().all(is_attached) && !samples_it
+    let mut reads = group.iter().flat_map(|earlier| &earlier.reads);
+    let replaces_what_is_read =
+        reads.any(|read| pass.attachments.iter().filter(is_mean).any(|mean| mean.texture == read.texture));
+    (is_whole || only_resolves) && drawn_to().all(is_attached) && !samples_it && !replaces_what_is_read
 }
 
 /// Whether the last of these passes that attaches what `attachment` does leaves something there that is needed.
@@ -448,8 +463,7 @@ fn mark_memoryless(plan: &mut Plan) {
         let uses = || lives.iter().flat_map(|pass| &pass.attachments).filter(|used| used.texture == index);
         let is_new = uses().next().is_some_and(|used| used.load != Load::Keep);
         let is_dropped = uses().next_back().is_some_and(|used| !used.store);
-        let is_drawn_to = uses().all(|used| !matches!(used.target, Target::Resolve(_)));
-        texture.memoryless = is_new && is_dropped && is_drawn_to;
+        texture.memoryless = is_new && is_dropped && !uses().any(|used| is_mean(&used));
     }
 }
 

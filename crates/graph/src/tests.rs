@@ -196,7 +196,7 @@ fn samples_become_one() {
 4 textures
   color  8x8 Rgba16Float 4 samples, slot 0, 0..=1, memoryless
   depth  8x8 Depth32Float 4 samples, slot 1, 0..=0, memoryless
-  mean  8x8 Rgba16Float, slot 2, 1..=2
+  mean  8x8 Rgba16Float, slot 2, 0..=2
   shown  8x8 R32Float, slot 3, 2..=2, exported
 bytes: 3840 aliased of 3840, 0 imported, 3072 of the aliased memoryless
 "

@@ -130,6 +130,36 @@ fn samples_that_become_one_in_their_render_pass_need_no_memory() {
     assert!(!is_memoryless(&plan, "color") && is_memoryless(&plan, "depth"));
 }
 
+/// Means are attached while earlier passes of the render pass draw, so that they lie in the memory of nothing that these
+/// sample, and are nothing that these sample.
+#[test]
+fn means_share_no_memory_with_what_their_render_pass_samples() {
+    for is_same in [false, true] {
+        let mut graph = graph();
+        let one = desc(8, F::Rgba16Float);
+        let color = graph.texture("color", TextureDesc { samples: 4, ..one });
+        let sampled = graph.texture("sampled", one);
+        let mean = graph.texture("mean", one);
+        let mut pass = graph.pass("sampled");
+        let sampled = pass.color(sampled, CLEAR);
+        let mut pass = graph.pass("opaque");
+        let color = pass.color(color, CLEAR);
+        pass.read(&sampled);
+        pass.draw(|_| {});
+        let mut pass = graph.pass("resolve");
+        pass.color(color, ColorLoad::Keep);
+        let mean = pass.resolve(if is_same { sampled } else { mean });
+        let shown = step(&mut graph, "shown", &[&mean]);
+        graph.export(shown);
+        let plan = graph.plan().expect("plans");
+        let is_merged = plan.passes[1].group == plan.passes[2].group;
+        assert_eq!(is_merged, !is_same, "{}", plan.to_text());
+        let slot = |name| plan.textures.iter().find(|texture| texture.name == name).map(|texture| texture.slot);
+        assert!(is_same || slot("mean") != slot("sampled"), "{}", plan.to_text());
+        assert_eq!(is_memoryless(&plan, "color"), is_merged);
+    }
+}
+
 /// A pass that samples depth does not draw in the render pass that writes it.
 #[test]
 fn depth_that_is_sampled_is_read_only_in_its_render_pass() {
