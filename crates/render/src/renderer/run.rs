@@ -130,8 +130,8 @@ impl Renderer {
         Ok(plan)
     }
 
-    /// Finds the parts of pictures that later samples of stills are added to, after tiles were looked for that are settled.
-    /// A live view does not wait for that: there depth alone leaves them out.
+    /// Finds the parts of pictures that later samples of stills are added to, after tiles were looked for that are
+    /// settled. A live view does not wait for that: there depth alone leaves them out.
     async fn find_unsettled(&mut self, asked: &[Asked]) -> Result<(), RenderError> {
         let has_looked = |asked: &&Asked| matches!(asked.adaptive_step(), adaptive::Step::Settle { .. });
         for asked in asked.iter().filter(has_looked).filter(|asked| !asked.request.goes_on) {

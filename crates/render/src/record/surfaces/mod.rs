@@ -129,8 +129,8 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         self.decals = decals;
     }
 
-    /// What is drawn where tiles of a still are settled means nothing, as its depth hides it: clouds of points are left out
-    /// there as far as that is known.
+    /// What is drawn where tiles of a still are settled means nothing, as its depth hides it: clouds of points are left
+    /// out there as far as that is known.
     pub fn leave_out_settled(&mut self) {
         self.leaves_out = true;
     }
