@@ -218,6 +218,7 @@ impl Report {
             "light_draws": stats.light_draws,
             "written_bytes": stats.written_bytes,
             "triangles": stats.triangles,
+            "points": stats.points,
             "levels": stats.levels,
             "lights": stats.lights,
             "lights_too_small": stats.lights_too_small,

@@ -184,6 +184,10 @@ shared_constants! {
     WITHOUT_NORMALS: u32 = 0x8000_0000;
     /// The corners of the triangle around the disc of a point: as many vertices it has.
     POINT_CORNERS: u32 = 3;
+    /// A point is a disc of this share of the picture's height.
+    POINT_HEIGHT_SHARE: f32 = 0.005;
+    /// And at least so many pixels wide.
+    POINT_DIAMETER_MIN_PX: f32 = 2.0;
     /// Of what fades into another level of detail, object ids are below 2 to the power of this; above them stands how
     /// far.
     FADE_SHIFT: u32 = 23;

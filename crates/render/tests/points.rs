@@ -6,7 +6,7 @@ mod common;
 
 use common::{floats, ids, plain_request, renderer};
 use glam::{Mat4, Quat, Vec3};
-use manypass::{Aov, FrameRequest, Path, Pose, View};
+use manypass::{Aov, Averaging, FrameRequest, Path, Pose, Renderer, View};
 use manypass_scene::{Camera, Material, Mesh, MorphTarget, Node, Primitive, Projection, Scene, ShadingModel, Topology};
 use std::sync::Arc;
 
@@ -153,4 +153,77 @@ fn the_motion_of_a_disc_is_that_of_its_surface() {
         let error = (to.0 - from.0 - motion[at * 2]).hypot(to.1 - from.1 - motion[at * 2 + 1]);
         assert!(error < 0.02, "at {x}, {y}: {from:?} to {to:?}, motion {:?}", &motion[at * 2..at * 2 + 2]);
     }
+}
+
+/// The points of a wall.
+const WALL_POINTS: u32 = 20_000;
+
+/// A wall of 1.6 m by 1.2 m that is turned away a little, with colours that hardly change, of points in an order that
+/// goes all over it (Roberts 2018, the R2 sequence); in primitives of so many.
+fn wall(height_m: f32, of_primitive: usize) -> Scene {
+    let places = (0..WALL_POINTS).map(|i| {
+        let [x, y] = [0.754_877_666_2, 0.569_840_291].map(|step: f64| ((f64::from(i) * step).fract() - 0.5) as f32);
+        [1.6 * x, 1.2 * y, 0.9 * x]
+    });
+    let positions: Vec<[f32; 3]> = places.collect();
+    let primitives = positions.chunks(of_primitive).map(|positions| Primitive {
+        positions: positions.to_vec(),
+        colors: positions.iter().map(|[x, ..]| [0.4 + 0.1 * x, 0.4, 0.4, 1.0]).collect(),
+        ..Primitive::default()
+    });
+    let mut scene = scene(height_m, primitives.collect());
+    scene.nodes[1].rotation = Quat::IDENTITY;
+    scene.update_transforms();
+    scene
+}
+
+/// The picture, how many samples its pixels have on average, and how many points the last of them drew.
+fn still(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> (Vec<u8>, f64, u64) {
+    for sample_index in 0..request.sample_count {
+        let request = FrameRequest { sample_index, ..request.clone() };
+        if sample_index + 1 < request.sample_count {
+            renderer.accumulate(scene, &request).unwrap();
+        } else {
+            renderer.render(scene, &request).unwrap();
+        }
+    }
+    let points = renderer.stats().points;
+    (renderer.read_display().unwrap(), renderer.read_samples_mean().unwrap(), points)
+}
+
+#[test]
+fn points_on_settled_tiles_are_left_out_and_not_missed() {
+    let scene = wall(2.0, WALL_POINTS as usize);
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let averaging = Averaging::Display;
+    let request = FrameRequest { averaging, sample_count: 16, ..plain_request(&scene, (160, 120)) };
+    let (picture, mean, points) = still(&mut renderer, &scene, &request);
+    // A live view does not wait to find out which tiles are settled: it draws all points, and depth hides them there.
+    let live = FrameRequest { goes_on: true, ..request.clone() };
+    let (of_live, mean_of_live, points_of_live) = still(&mut renderer, &scene, &live);
+    println!("{mean} samples, {points} points of {points_of_live}");
+    assert!(picture == of_live && mean == mean_of_live && mean < 8.0, "{mean}, {mean_of_live}");
+    assert_eq!(points_of_live, u64::from(WALL_POINTS));
+    assert!(points > 0 && points < points_of_live * 3 / 4, "{points}");
+    // Of a picture whose tiles all get all samples, none is left out.
+    let whole = request.with(|settings| settings.adaptive.threshold = 0.0);
+    assert_eq!(still(&mut renderer, &scene, &whole).2, u64::from(WALL_POINTS));
+}
+
+#[test]
+fn points_beside_the_picture_are_left_out_of_clouds() {
+    let pictures = [WALL_POINTS as usize, 2000].map(|of_primitive| {
+        let scene = wall(0.4, of_primitive);
+        let mut renderer = renderer();
+        renderer.load(&scene).unwrap();
+        renderer.render(&scene, &plain_request(&scene, (160, 120))).unwrap();
+        (renderer.read_display().unwrap(), renderer.stats().points)
+    });
+    let [(cloud, points), (apart, points_apart)] = pictures;
+    // Where discs lie at one distance, the last of them is seen, and the order is another.
+    assert!(cloud.iter().zip(&apart).all(|(a, b)| a.abs_diff(*b) <= 1));
+    assert!(cloud.chunks(4).any(|pixel| pixel[0] > 100) && cloud.chunks(4).any(|pixel| pixel[0] == 0));
+    assert_eq!(points_apart, u64::from(WALL_POINTS));
+    assert!(points < points_apart * 3 / 4, "{points}");
 }

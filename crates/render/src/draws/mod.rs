@@ -1,16 +1,20 @@
 //! What a frame draws: the world's instances once, and for every view which of them it may show.
 
 mod ball;
+mod clouds;
 mod deformation;
 mod glass;
 mod leveled;
 mod list;
+mod unsettled;
 mod world;
 
+pub(crate) use clouds::SeenClouds;
 pub(crate) use deformation::Deformation;
 pub(crate) use glass::layers_of_glass;
 pub(crate) use leveled::Form;
 pub(crate) use list::{Draw, DrawList, may_show};
+pub(crate) use unsettled::UnsettledTiles;
 pub(crate) use world::{BLOCK_ITEMS, Item, WorldDraws, object_id};
 
 /// What draws of surfaces differ in that their programs have to know: `override` constants of shaders. A set of them is

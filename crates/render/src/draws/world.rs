@@ -9,7 +9,7 @@ use crate::decals::SharedDecals;
 use crate::levels::{Group, SurfaceForm, SurfaceForms};
 use crate::lights::ObjectBounds;
 use crate::resources::layers::{SEEN_LARGE, SHADED_WHERE_DRAWN};
-use crate::resources::{GpuMaterial, GpuPrimitive, Instance, ReducedMaterials, SceneResources, copies};
+use crate::resources::{Cloud, GpuMaterial, GpuPrimitive, Instance, ReducedMaterials, SceneResources, copies};
 use glam::{Mat4, Vec3, Vec4};
 use manypass_scene::{Aabb, Node, NodeId, Scene, Topology};
 use std::collections::BTreeSet;
@@ -53,6 +53,8 @@ pub(crate) struct Item {
     pub relief_m: f32,
     /// The boxes around its parts in object space, if they are known.
     pub parts: Option<Arc<[Aabb]>>,
+    /// The boxes around its points, where it has many.
+    pub cloud: Option<Arc<Cloud>>,
     /// Whether it keeps light from what lies behind it.
     pub casts_shadow: bool,
     /// The layers of its node, a bit each.
@@ -457,6 +459,7 @@ impl Drawn<'_> {
             bounds_world: extent.as_ref().map_or(node.bounds_world, |extent| extent.around(center)),
             relief_m: 0.0,
             parts: primitive.parts.clone(),
+            cloud: primitive.cloud.clone(),
             layers,
             has_light_directions: properties.layers.as_ref().is_some_and(|layers| layers.has_light_directions),
             transmissive: layers & LAYER_TRANSMISSION != 0,

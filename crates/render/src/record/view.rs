@@ -5,7 +5,7 @@ use super::tables::{FRAME_GROUP, FrameTables};
 use super::uniforms::UniformArena;
 use crate::constants::{DATA_WIDTH, LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
 use crate::decals::{DecalDraws, DecalLists};
-use crate::draws::{Draw, DrawList, WorldDraws, object_id};
+use crate::draws::{Draw, DrawList, SeenClouds, WorldDraws, object_id};
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
@@ -74,6 +74,10 @@ pub struct PreparedView {
     /// How many samples of a pixel surfaces cover that are shaded where they are drawn (`msaa.samples`).
     pub pixel_samples: u32,
     pub(crate) draws: Arc<DrawList>,
+    /// What is in the picture of clouds of points.
+    pub(crate) clouds: SeenClouds,
+    /// What of that is on tiles that are not settled, if they are known.
+    pub(crate) clouds_left: Option<SeenClouds>,
     /// Whether what is blended, or light comes through, is among its opaque surfaces, for variables.
     pub(crate) shows_first_surface: bool,
     /// How samplers of textures filter.
@@ -140,6 +144,11 @@ impl PreparedView {
     /// Triangles of all its draws.
     pub fn triangle_count(&self) -> u64 {
         self.draws.triangles
+    }
+
+    /// Points of all its draws.
+    pub fn point_count(&self) -> u64 {
+        self.clouds_left.as_ref().unwrap_or(&self.clouds).points
     }
 
     /// Whether there are blended surfaces in it.
@@ -292,6 +301,10 @@ pub(crate) struct Viewed<'a> {
     pub pixel_samples: u32,
     pub uniform: ViewUniform,
     pub draws: Arc<DrawList>,
+    /// What is in the picture of clouds of points.
+    pub clouds: SeenClouds,
+    /// What of that is on tiles that are not settled.
+    pub clouds_left: Option<SeenClouds>,
     pub shows_first_surface: bool,
     pub sampling: Sampling,
     pub light_count: u32,
@@ -376,6 +389,8 @@ impl Viewed<'_> {
             sample_count: self.sample_count,
             pixel_samples: self.pixel_samples,
             draws: self.draws,
+            clouds: self.clouds,
+            clouds_left: self.clouds_left,
             shows_first_surface: self.shows_first_surface,
             sampling: self.sampling,
             instances: self.instances,

@@ -129,7 +129,8 @@ impl Renderer {
             .enumerate()
             .map(|(at, (asked, lit))| {
                 let of_view = shadows.as_ref().and_then(|(shadows, atlas)| Some((shadows.views.get(at)?, atlas)));
-                self.ready((scene, asked), lit, (of_view, ground.as_ref(), surroundings.as_ref()), has_previous, stats)
+                let of_frame = (of_view, ground.as_ref(), surroundings.as_ref());
+                self.ready((scene, &world.draws, asked), lit, of_frame, has_previous, stats)
             })
             .collect::<Result<_, _>>()?;
         let captured = self.captured_probes(scene, asked, surroundings.as_ref());

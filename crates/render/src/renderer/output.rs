@@ -3,6 +3,7 @@
 use super::DISPLAY;
 use super::temporal::LastFrame;
 use crate::aov::AovTextures;
+use crate::draws::UnsettledTiles;
 use crate::environment::Background;
 use crate::frame::Means;
 use crate::gpu::Gpu;
@@ -44,6 +45,14 @@ pub(super) struct Output {
     pub display: Kept,
 }
 
+/// The parts of a still's picture that are not settled.
+#[derive(Clone, Debug)]
+pub(super) struct Unsettled {
+    /// Rectangles around them.
+    pub rectangles: Arc<[Rectangle]>,
+    pub tiles: Arc<UnsettledTiles>,
+}
+
 /// What a view leaves for its next frame, and for whoever reads it.
 #[derive(Debug)]
 pub(super) struct ViewState {
@@ -55,8 +64,8 @@ pub(super) struct ViewState {
     pub latest_sum: usize,
     /// Whether tiles of the picture were looked for that are settled.
     pub has_settled: bool,
-    /// Rectangles around those that are not, if they are known.
-    pub unsettled: Option<Arc<[Rectangle]>>,
+    /// What is not, if it is known.
+    pub unsettled: Option<Unsettled>,
     /// Of how many samples the picture of the last frame is.
     pub sample_count: u32,
     /// Whether that frame made a picture, and was not only added to one.

@@ -4,13 +4,13 @@ use super::asked::{Asked, ViewPart};
 use super::constants::constants_of;
 use super::ground::FrameGround;
 use super::lit::Lit;
-use super::output::{Output, ViewState};
+use super::output::{Output, Unsettled, ViewState};
 use super::shadows::{Atlas, contact_uniform, filter_uniform};
 use super::surroundings::{FrameSurroundings, SideView};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
 use crate::decals::DecalDraws;
-use crate::draws::DrawList;
+use crate::draws::{DrawList, SeenClouds, WorldDraws};
 use crate::effect;
 use crate::environment::{Environment, EnvironmentUniform};
 use crate::frame::Variables;
@@ -58,6 +58,7 @@ pub(super) struct Ready {
 /// What the views of one camera are prepared from: that of its picture, those of its variables and of what is enlarged.
 struct ViewInputs<'a> {
     asked: &'a Asked,
+    world: &'a WorldDraws,
     draws: Arc<DrawList>,
     lists: &'a KeptLists,
     tables: &'a ViewTables,
@@ -72,7 +73,7 @@ struct ViewInputs<'a> {
     display_goes_on: bool,
     is_adaptive: bool,
     settled: Option<wgpu::TextureView>,
-    unsettled: Option<Arc<[Rectangle]>>,
+    unsettled: Option<Unsettled>,
     outline: Option<(Outline, Rectangle)>,
 }
 
@@ -96,6 +97,8 @@ impl ViewInputs<'_> {
         // What is found in the picture is found by the first sample, and for all.
         let looks = sample_index == 0 && (settings.occlusion.enabled.is_on() || settings.reflections.enabled.is_on());
         let samples_depth = renderer.gpu.capabilities.samples_attached_depth;
+        let unsettled = self.unsettled.as_ref().filter(|_| draws_picture && self.settled.is_some());
+        let tiles_left = unsettled.filter(|_| size == asked.output_size).map(|unsettled| &*unsettled.tiles);
         let viewed = Viewed {
             name: name.into(),
             size,
@@ -107,6 +110,8 @@ impl ViewInputs<'_> {
             pixel_samples: if draws_picture { settings.msaa.samples.count() } else { 1 },
             uniform,
             draws: if shows_first_surface { draws.first_surfaces().into() } else { draws.clone() },
+            clouds: SeenClouds::new(self.world, draws, &uniform, None),
+            clouds_left: tiles_left.map(|tiles| SeenClouds::new(self.world, draws, &uniform, Some(tiles))),
             shows_first_surface,
             sampling: self.sampling[usize::from(is_of_variables)],
             light_count: lists.table.len(),
@@ -130,7 +135,7 @@ impl ViewInputs<'_> {
             settled: self.settled.clone().filter(|_| draws_picture),
             unsettled: match &self.outline {
                 Some((_, rectangle)) => Some([*rectangle].into()),
-                None => self.unsettled.clone().filter(|_| draws_picture && self.settled.is_some()),
+                None => unsettled.map(|unsettled| unsettled.rectangles.clone()),
             },
             outline: self.outline.map(|(outline, _)| outline),
             environment_tiles: surroundings.map(|of| &of.view).or(tiles.map(|tiles| &tiles.view)),
@@ -180,7 +185,7 @@ impl Renderer {
     /// Makes a view ready: uploads what changed of its tables. Adds to the numbers of the frame.
     pub(super) fn ready(
         &self,
-        (scene, asked): (&Scene, &Asked),
+        (scene, world, asked): (&Scene, &WorldDraws, &Asked),
         (state, lit): (&mut ViewState, Lit),
         (shadows, ground, surroundings): (
             Option<(&ViewShadows, &Atlas)>,
@@ -220,6 +225,7 @@ impl Renderer {
         }
         let inputs = ViewInputs {
             asked,
+            world,
             draws,
             lists,
             tables,
@@ -254,8 +260,10 @@ impl Renderer {
         let enlarged = asked.upscaled_to().map(|_| self.view_uniform(asked, (&seen, range), in_middle, filtering));
         let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
         let temporal = asked.temporal.as_ref();
+        let view = prepare(asked.name.clone(), *size, uniform, false);
+        stats.points += view.point_count();
         Ok(Ready {
-            view: prepare(asked.name.clone(), *size, uniform, false),
+            view,
             variables_view: has_own_view.then(|| prepare(of_variables, *output_size, variables_uniform, true)),
             enlarged_view: enlarged.map(|uniform| prepare(asked.name.clone(), *output_size, uniform, false)),
             variables: Variables { passes, ..of_effects },
@@ -296,6 +304,8 @@ impl Renderer {
             pixel_samples: 1,
             uniform: ViewUniform { sample_index: asked.request.dealing().pattern(), ..ready.view.uniform },
             draws: Arc::default(),
+            clouds: SeenClouds::default(),
+            clouds_left: None,
             shows_first_surface: false,
             sampling: ready.view.sampling,
             light_count: 0,

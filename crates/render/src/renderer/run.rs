@@ -5,9 +5,10 @@ use super::captures::{Captures, Part};
 use super::counts::sum_pairs;
 use super::execute::Executed;
 use super::fisheye::parts_of;
-use super::output::ViewState;
+use super::output::{Unsettled, ViewState};
 use super::temporal::{TemporalAsked, move_mirrors};
 use super::{Purpose, Renderer};
+use crate::draws::UnsettledTiles;
 use crate::environment::{Environment, stored};
 use crate::gpu::readback;
 use crate::passes::adaptive;
@@ -129,15 +130,18 @@ impl Renderer {
         Ok(plan)
     }
 
-    /// Finds the rectangles that later samples of stills are added to, after tiles were looked for that are settled. A
-    /// live view does not wait for that: there depth alone leaves them out.
+    /// Finds the parts of pictures that later samples of stills are added to, after tiles were looked for that are
+    /// settled. A live view does not wait for that: there depth alone leaves them out.
     async fn find_unsettled(&mut self, asked: &[Asked]) -> Result<(), RenderError> {
         let has_looked = |asked: &&Asked| matches!(asked.adaptive_step(), adaptive::Step::Settle { .. });
         for asked in asked.iter().filter(has_looked).filter(|asked| !asked.request.goes_on) {
             let Some(state) = self.views.get_mut(&asked.name) else { continue };
             let Some(settled) = state.settled_texture() else { continue };
             let texels = readback::read_texture(&self.gpu, settled).await?;
-            state.unsettled = Some(adaptive::unsettled_rectangles(&texels, asked.output_size).into());
+            state.unsettled = Some(Unsettled {
+                rectangles: adaptive::unsettled_rectangles(&texels, asked.output_size).into(),
+                tiles: UnsettledTiles::new(&texels, asked.output_size).into(),
+            });
         }
         Ok(())
     }

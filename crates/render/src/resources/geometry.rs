@@ -1,5 +1,6 @@
 //! Meshes on the device: vertices, skins and indices in pages, morph targets in a table.
 
+use super::clouds::Cloud;
 use super::pages::{Pages, Place};
 use super::vertices::{self, SkinVertex, Vertex, drawn_vertices, in_drawing_order, is_deformed};
 use crate::constants::DATA_WIDTH;
@@ -57,6 +58,8 @@ pub(crate) struct GpuPrimitive {
     pub radius_m: f32,
     /// The boxes around its parts in object space, where it has many triangles and is not deformed.
     pub parts: Option<Arc<[Aabb]>>,
+    /// The boxes around its points, where it has many and is not deformed.
+    pub cloud: Option<Arc<Cloud>>,
 }
 
 impl GpuPrimitive {
@@ -382,6 +385,7 @@ impl Geometry {
             bounds: primitive.bounds,
             radius_m: primitive.reach_m(primitive.bounds.center()),
             parts: if is_deformed { None } else { parts_of(primitive) },
+            cloud: Cloud::of(primitive).map(Arc::new),
         };
         if is_deformed {
             placed.skin = self.skins.take(device, vertex_count, expected.skins);

@@ -2,6 +2,7 @@
 //! what is new is uploaded, what is gone is given back.
 
 mod baked;
+mod clouds;
 mod decode;
 pub(crate) mod environment;
 pub mod estimate;
@@ -19,6 +20,7 @@ mod settings;
 mod textures;
 mod vertices;
 
+pub(crate) use clouds::Cloud;
 pub(crate) use geometry::{Geometry, GpuPrimitive};
 pub(crate) use materials::{GpuMaterial, Materials, Sampled};
 pub(crate) use packing::monitors_of;

@@ -1,5 +1,6 @@
 //! Vertices as the device reads them.
 
+use super::clouds::neighbours_first;
 use crate::constants::POINT_CORNERS;
 use crate::shader::program::Attribute;
 use bytemuck::{Pod, Zeroable};
@@ -152,16 +153,24 @@ fn are_gathered(primitive: &Primitive) -> bool {
     primitive.topology == Topology::Points && !primitive.indices.is_empty()
 }
 
-/// Points in the order of their indices, without indices: the corners of their discs are counted.
+/// Points in the order of their indices, without indices: the corners of their discs are counted. Of many, neighbours
+/// follow each other.
 pub(super) fn in_drawing_order(primitive: &Primitive) -> Cow<'_, Primitive> {
-    if are_gathered(primitive) { Cow::Owned(gathered(primitive)) } else { Cow::Borrowed(primitive) }
+    let primitive = match are_gathered(primitive) {
+        true => Cow::Owned(gathered(primitive, &primitive.indices)),
+        false => Cow::Borrowed(primitive),
+    };
+    match neighbours_first(&primitive) {
+        Some(order) => Cow::Owned(gathered(&primitive, &order)),
+        None => primitive,
+    }
 }
 
-fn gathered(primitive: &Primitive) -> Primitive {
+/// The vertices at `indices`, in their order.
+fn gathered(primitive: &Primitive, indices: &[u32]) -> Primitive {
     fn gather<T: Copy>(indices: &[u32], values: &[T]) -> Vec<T> {
         indices.iter().filter_map(|index| values.get(*index as usize).copied()).collect()
     }
-    let indices = &primitive.indices;
     let morph_targets = primitive.morph_targets.iter().map(|target| MorphTarget {
         positions: gather(indices, &target.positions),
         normals: gather(indices, &target.normals),

@@ -2,6 +2,7 @@
 // pass which draws a surface again gets the same depth.
 
 import package::constants::{DATA_WIDTH, FADE_SHIFT, POINT_CORNERS, WITHOUT_NORMALS};
+@if(points) import package::constants::{POINT_DIAMETER_MIN_PX, POINT_HEIGHT_SHARE};
 import package::shaders::level_fade::fades;
 import package::view::view;
 
@@ -127,10 +128,6 @@ fn transform_point(rows: Rows, position: vec3f) -> vec3f {
     let point = vec4f(position, 1.0);
     return vec3f(dot(rows.row0, point), dot(rows.row1, point), dot(rows.row2, point));
 }
-
-// A point is a disc of this share of the picture's height, and at least so many pixels wide.
-@if(points) const POINT_HEIGHT_SHARE: f32 = 1.0 / 200.0;
-@if(points) const POINT_DIAMETER_MIN_PX: f32 = 2.0;
 
 // A corner of the triangle with equal sides around a disc, which faces the eye.
 @if(points) fn disc_corner(vertex: u32) -> vec2f {

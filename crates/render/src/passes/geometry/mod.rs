@@ -119,6 +119,7 @@ pub fn record(
         radiance: radiance.map(|radiance| pass.color(radiance, radiance_load)),
         depth: pass.depth(depth, depth_load),
     };
+    pass.leave_out_settled();
     // Below, where they are seen.
     pass.decals(DecalUse::LeftOut);
     pass.draw_opaque(Which::All)?;

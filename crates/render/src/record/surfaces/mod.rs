@@ -71,6 +71,7 @@ pub struct SurfacePass<'r, 'f> {
     vertices_alone: bool,
     backs: bool,
     decals: DecalUse,
+    leaves_out: bool,
 }
 
 impl<'r, 'f> SurfacePass<'r, 'f> {
@@ -96,6 +97,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             vertices_alone: false,
             backs: false,
             decals: DecalUse::default(),
+            leaves_out: false,
         }
     }
 
@@ -125,6 +127,12 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     /// What is done about decals.
     pub fn decals(&mut self, decals: DecalUse) {
         self.decals = decals;
+    }
+
+    /// What is drawn where tiles of a still are settled means nothing, as its depth hides it: clouds of points are left
+    /// out there as far as that is known.
+    pub fn leave_out_settled(&mut self) {
+        self.leaves_out = true;
     }
 
     /// Axes of the program that are on whatever is drawn, or constants that are 1.
@@ -266,7 +274,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
 
     fn draw(self, draws: Cow<'f, [Draw]>, which: Which) -> Result<(), ProgramError> {
         let Self { name, pass, frame, view, program, resources: mut of_pass, reads, axes, .. } = self;
-        let Self { colors, blend, depth, constants, vertices_alone, backs, decals, .. } = self;
+        let Self { colors, blend, depth, constants, vertices_alone, backs, decals, leaves_out, .. } = self;
         let constants = constants.into_iter().chain(view.constants_of(program)).collect();
         let Some((TextureDesc { format: depth, samples, .. }, depth_write)) = depth else {
             let message = "it was given no depth".into();
@@ -274,9 +282,15 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         };
         let marked = decals == DecalUse::Marked;
         let targets = Targets { colors, blend, depth, samples, depth_write, constants, vertices_alone, marked, backs };
+        let clouds = match &view.clouds_left {
+            Some(left) if leaves_out => left,
+            _ => &view.clouds,
+        };
+        // Vertices that are drawn for themselves lie where no picture is.
+        let clouds = (!vertices_alone).then_some(clouds);
         let prepare = move |of_pass: &[(&'static str, Resource)], targets: &Targets| {
             let preparing =
-                Preparing { frame, view, program, targets, of_pass, pass_axes: &axes, casts: false, decals };
+                Preparing { frame, view, program, targets, of_pass, pass_axes: &axes, casts: false, decals, clouds };
             preparing.prepare(&draws, which, &mut BoundShapes::default())
         };
         if reads.is_empty() {

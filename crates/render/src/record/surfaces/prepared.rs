@@ -4,7 +4,7 @@ use super::pipelines::{ALPHA_TO_COVERAGE, Key, SurfacePipeline, Targets};
 use super::shape::{Shape, Special};
 use super::{DecalUse, Which};
 use crate::decals::DECALS;
-use crate::draws::{BLOCK_ITEMS, Draw, Item, MASKED, WorldDraws};
+use crate::draws::{BLOCK_ITEMS, Draw, Item, MASKED, SeenClouds, WorldDraws};
 use crate::levels::FADES;
 use crate::record::bind_groups::Resource;
 use crate::record::{Frame, PreparedView};
@@ -87,6 +87,8 @@ pub(super) struct Preparing<'p, 'f> {
     pub casts: bool,
     /// What is done about decals.
     pub decals: DecalUse,
+    /// What is drawn of clouds of points; all of them without it.
+    pub clouds: Option<&'p SeenClouds>,
 }
 
 /// What draws of a pass bind, each once.
@@ -169,7 +171,7 @@ impl Preparing<'_, '_> {
                 commands.extend(group.map(Command::Material));
                 state.material = Some(material);
             }
-            push_draw(commands, &mut state, draw, world, &resources.geometry);
+            push_draw(commands, &mut state, draw, (world, &resources.geometry), self.clouds);
             if self.targets.vertices_alone {
                 draw_vertices(commands.last_mut(), item, &resources.geometry);
             }
@@ -207,7 +209,13 @@ impl Preparing<'_, '_> {
     }
 }
 
-fn push_draw(commands: &mut Vec<Command>, state: &mut State, draw: &Draw, world: &WorldDraws, geometry: &Geometry) {
+fn push_draw(
+    commands: &mut Vec<Command>,
+    state: &mut State,
+    draw: &Draw,
+    (world, geometry): (&WorldDraws, &Geometry),
+    clouds: Option<&SeenClouds>,
+) {
     let item = &world.items[draw.item as usize];
     let is_bound = matches!(state.vertices, Some(Vertices::Page(page)) if item.vertex_page == Some(page));
     if !is_bound {
@@ -228,8 +236,17 @@ fn push_draw(commands: &mut Vec<Command>, state: &mut State, draw: &Draw, world:
         commands.extend(index_page.map(Command::IndexPage));
         state.index_page = index_page;
     }
+    let is_indexed = index_page.is_some();
     let instances = draw.instances.clone();
-    commands.push(Command::Draw { elements, instances, is_indexed: index_page.is_some() });
+    let Some(clouds) = clouds.filter(|clouds| clouds.of(instances.start).is_some()) else {
+        commands.push(Command::Draw { elements, instances, is_indexed });
+        return;
+    };
+    // All instances of a draw have the same vertices.
+    for instance in instances {
+        let runs = clouds.of(instance).unwrap_or_default().iter().cloned();
+        commands.extend(runs.map(|elements| Command::Draw { elements, instances: instance..instance + 1, is_indexed }));
+    }
 }
 
 /// Makes a draw of `item` one of its vertices.

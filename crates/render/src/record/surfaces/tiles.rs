@@ -57,6 +57,7 @@ impl<'r, 'f> TilePass<'r, 'f> {
             pass_axes: &[],
             casts: true,
             decals: DecalUse::LeftOut,
+            clouds: None,
         };
         let mut shapes = BoundShapes::default();
         let prepare = |tile: &Tile| Ok((tile.rectangle, preparing.prepare(&tile.draws, Which::All, &mut shapes)?));
