@@ -112,7 +112,7 @@ fn a_lamp_out_of_focus_keeps_its_light_on_a_disk_wherever_it_is_and_whatever_is_
                 // What is nearly sharp is a mixture of two pictures, whose form is not that of a disk. Of a disk 0.49 lie
                 // within 0.7 of its radius.
                 let is_disk =
-                    radius_px < 6.0 || ((disk_px / radius_px - 1.0).abs() < 0.12 && (inner - 0.49).abs() < 0.1);
+                    radius_px < 6.0 || ((disk_px / radius_px - 1.0).abs() < 0.12 && (inner - 0.49).abs() < 0.15);
                 // At half the size the disks of what is nearly sharp are a texel or two wide.
                 let within = if radius_px < 6.0 { 0.3 } else { 0.15 };
                 if (ratio - 1.0).abs() > within || !is_disk {

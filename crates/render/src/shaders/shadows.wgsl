@@ -258,7 +258,10 @@ fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texe
     // Of a wall at a right angle to the surface no texel is farther where it leaks.
     let reach = 6.0 * rise + 4.0 * side;
     let uphill = point.gradient * (texel / max(length(point.gradient), 1e-30));
-    let own = (floor(point.position / texel) + 0.5) * texel;
+    // The filter's place, unless a large bias moves that away from what the surface itself is lit by.
+    let moved = point.position - foot.xy;
+    let place = foot.xy + moved * min(1.0, 1.5 * texel / max(length(moved), 1e-30));
+    let own = (floor(place / texel) + 0.5) * texel;
     let is_asked = (filtered > 0.0) & (rise > WALL_SLOPE_MIN * side);
     // Without rounds where nothing can leak, rather than a branch, of which software adapters run both sides.
     let rounds = select(0u, WALL_READS, is_asked);
@@ -278,7 +281,7 @@ fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texe
         let gap = depth - (foot.z + dot(point.gradient, position - foot.xy));
         let covered = select(clamp((gap - bias) / ramp, 0.0, 1.0), 0.0, gap > reach);
         // Those of four comparisons, each between four texels.
-        let weights = 0.5 * clamp(1.5 - abs(around - point.position) / texel, vec2f(0.0), vec2f(1.0));
+        let weights = 0.5 * clamp(1.5 - abs(around - place) / texel, vec2f(0.0), vec2f(1.0));
         let is_shown = abs(gap) < 0.5 * bias;
         open += select(weights.x * weights.y * (1.0 - covered), select(0.0, UPHILL_WEIGHT, is_shown), is_uphill);
         if open >= OPEN_WEIGHT {
