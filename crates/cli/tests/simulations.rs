@@ -49,7 +49,7 @@ fn a_still_without_particles_gets_a_hint() {
         run.stderr
             .contains("hint: a.stage.toml: its particles are born from time 0 on, and none is there yet; --time 5 ")
     };
-    assert!(hinted(&["a.stage.toml"]));
+    assert!(hinted(&["a.stage.toml"]) && hinted(&["a.stage.toml", "--time", "0"]));
     assert!(!hinted(&["b.stage.toml"]) && !hinted(&["a.stage.toml", "--time", "1"]));
 }
 

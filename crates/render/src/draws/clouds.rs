@@ -6,13 +6,16 @@ use super::world::WorldDraws;
 use crate::constants::{POINT_CORNERS, POINT_DIAMETER_MIN_PX, POINT_HEIGHT_SHARE};
 use crate::resources::Cloud;
 use crate::view::ViewUniform;
-use glam::{Mat4, Vec2, Vec4};
+use glam::{DMat4, DVec2, DVec4, Mat4, Vec2, Vec3, Vec4};
 use manypass_scene::{Aabb, Topology};
 use std::collections::HashMap;
 use std::ops::Range;
 
 /// How far the rounding of positions may move a disc, with room to spare.
 const ROUNDING_PX: f32 = 0.5;
+
+/// How far rounding in shaders may move a point, as a share of its largest coordinate.
+const ROUNDING_SHARE: f64 = 5e-7;
 
 /// Clouds are drawn in so many stretches at most, near ones first, so that what they hide is not shaded: each is a draw
 /// call or more.
@@ -23,14 +26,14 @@ const TESTED_MAX: usize = 1 << 16;
 
 /// What a view draws of clouds.
 #[derive(Debug, Default)]
-pub(crate) struct SeenClouds {
+pub(crate) struct VisibleClouds {
     /// Vertices, by instance.
     by_instance: HashMap<u32, Vec<Range<u32>>>,
     /// Points of all draws, be they in clouds or not.
     pub points: u64,
 }
 
-impl SeenClouds {
+impl VisibleClouds {
     /// Of the `draws` of a view with this uniform, what may be in the picture and, where that is known, on tiles that
     /// are not settled.
     pub fn new(
@@ -47,16 +50,20 @@ impl SeenClouds {
             }
             let is_tested = |cloud: &&Cloud| cloud.chunks().len() * draw.instances.len() <= TESTED_MAX;
             let Some(cloud) = item.cloud.as_deref().filter(is_tested) else {
-                let vertices = item.elements.len() * draw.instances.len();
-                seen.points += vertices as u64 / u64::from(POINT_CORNERS);
+                let vertices = item.elements.len() as u64 * draw.instances.len() as u64;
+                seen.points += vertices / u64::from(POINT_CORNERS);
                 continue;
             };
             let is_opaque = (draw.item as usize) < world.opaque_count;
             for at in draw.instances.clone() {
-                let Some(instance) = world.instances.get(at as usize) else { continue };
+                // Those that fade are drawn whole.
+                let Some(instance) = world.instances.get(at as usize) else {
+                    seen.points += item.elements.len() as u64 / u64::from(POINT_CORNERS);
+                    continue;
+                };
                 let [x, y, z] = instance.world_from_object.map(Vec4::from_array);
                 let world_from_object = Mat4::from_cols(x, y, z, Vec4::W).transpose();
-                let runs = Eye::new(uniform, &world_from_object, unsettled).runs(cloud, is_opaque);
+                let runs = CloudCuller::new(uniform, &world_from_object, unsettled).runs(cloud, is_opaque);
                 let vertices: u64 = runs.iter().map(|run| run.len() as u64).sum();
                 seen.points += vertices / u64::from(POINT_CORNERS);
                 seen.by_instance.insert(at, runs);
@@ -72,28 +79,30 @@ impl SeenClouds {
 }
 
 /// How a view sees the space of an object.
-struct Eye<'u> {
-    clip_from_object: Mat4,
+struct CloudCuller<'u> {
+    clip_from_object: DMat4,
     /// Gives the distance along the view axis.
-    distance_row: Vec4,
+    distance_row: DVec4,
     /// The planes beside the picture with room for discs: a point lies between them where its products with all are at
     /// least 0.
-    sides: [Vec4; 4],
+    sides: [DVec4; 4],
     size_px: Vec2,
     /// How far a disc reaches from its middle.
     reach_px: f32,
     unsettled: Option<&'u UnsettledTiles>,
 }
 
-impl<'u> Eye<'u> {
+impl<'u> CloudCuller<'u> {
     fn new(uniform: &ViewUniform, world_from_object: &Mat4, unsettled: Option<&'u UnsettledTiles>) -> Self {
-        let clip_from_object = uniform.clip_from_world * *world_from_object;
-        let view_from_object = uniform.view_from_world * *world_from_object;
+        // In doubles, because positions of the cloud and its place in the world may be far from the origin, each.
+        let world_from_object = world_from_object.as_dmat4();
+        let clip_from_object = uniform.clip_from_world.as_dmat4() * world_from_object;
+        let view_from_object = uniform.view_from_world.as_dmat4() * world_from_object;
         // Discs have one size in the picture at all distances (`surface_vertex.wgsl`).
         let diameter_px = (uniform.size_px.y * POINT_HEIGHT_SHARE).max(POINT_DIAMETER_MIN_PX);
         let reach_px = 0.5 * diameter_px + ROUNDING_PX;
         let [x, y, w] = [0, 1, 3].map(|row| clip_from_object.row(row));
-        let room = 1.0 + 2.0 * reach_px * uniform.inverse_size_px;
+        let room = (1.0 + 2.0 * reach_px * uniform.inverse_size_px).as_dvec2();
         let sides = [room.x * w + x, room.x * w - x, room.y * w + y, room.y * w - y];
         let distance_row = -view_from_object.row(2);
         Self { clip_from_object, distance_row, sides, size_px: uniform.size_px, reach_px, unsettled }
@@ -104,7 +113,7 @@ impl<'u> Eye<'u> {
         let chunks = cloud.chunks();
         let of_stretch = chunks.len().div_ceil(STRETCHES_MAX).max(1);
         let stretch = |(at, chunks): (usize, &[Aabb])| (self.nearest_m(chunks), at * of_stretch);
-        let mut stretches: Vec<(f32, usize)> = chunks.chunks(of_stretch).enumerate().map(stretch).collect();
+        let mut stretches: Vec<(f64, usize)> = chunks.chunks(of_stretch).enumerate().map(stretch).collect();
         if sorts {
             stretches.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
@@ -137,7 +146,7 @@ impl<'u> Eye<'u> {
         if bounds.is_empty() {
             return false;
         }
-        let is_beside = |side: &Vec4| {
+        let is_beside = |side: &DVec4| {
             let [distance, reach] = across(bounds, side);
             distance + reach < 0.0
         };
@@ -150,27 +159,36 @@ impl<'u> Eye<'u> {
 
     /// The corners of a rectangle around discs of points in a box; none where a part of the box is not before the eye.
     fn rectangle_px(&self, bounds: &Aabb) -> Option<[Vec2; 2]> {
-        let clip = bounds.corners().map(|corner| self.clip_from_object * corner.extend(1.0));
+        let room = Vec3::splat(rounding_m(bounds) as f32);
+        let bounds = Aabb { min: bounds.min - room, max: bounds.max + room };
+        let clip = bounds.corners().map(|corner| self.clip_from_object * corner.as_dvec3().extend(1.0));
         if clip.iter().any(|corner| corner.w.is_nan() || corner.w <= 1e-6) {
             return None;
         }
-        let pixels = clip.map(|corner| (Vec2::new(corner.x, -corner.y) / corner.w * 0.5 + 0.5) * self.size_px);
+        let place = |corner: DVec4| (DVec2::new(corner.x, -corner.y) / corner.w * 0.5 + 0.5).as_vec2() * self.size_px;
+        let pixels = clip.map(place);
         let low = pixels.into_iter().fold(Vec2::INFINITY, Vec2::min) - self.reach_px;
         let high = pixels.into_iter().fold(Vec2::NEG_INFINITY, Vec2::max) + self.reach_px;
         (low.is_finite() && high.is_finite()).then_some([low, high])
     }
 
     /// The least distance of what lies in boxes.
-    fn nearest_m(&self, boxes: &[Aabb]) -> f32 {
+    fn nearest_m(&self, boxes: &[Aabb]) -> f64 {
         let bounds = boxes.iter().fold(Aabb::EMPTY, |all, bounds| all.union(bounds));
         let [distance, reach] = across(&bounds, &self.distance_row);
         distance - reach
     }
 }
 
+/// How far rounding in shaders may move the points of a box.
+fn rounding_m(bounds: &Aabb) -> f64 {
+    ROUNDING_SHARE * f64::from(bounds.min.abs().max(bounds.max.abs()).max_element())
+}
+
 /// The product of the middle of a box with a row, and by how much that of its corners differs at most.
-fn across(bounds: &Aabb, row: &Vec4) -> [f32; 2] {
-    let (center, half) = (0.5 * (bounds.min + bounds.max), 0.5 * (bounds.max - bounds.min));
+fn across(bounds: &Aabb, row: &DVec4) -> [f64; 2] {
+    let (min, max) = (bounds.min.as_dvec3(), bounds.max.as_dvec3());
+    let (center, half) = (0.5 * (min + max), 0.5 * (max - min) + rounding_m(bounds));
     let normal = row.truncate();
     [normal.dot(center) + row.w, normal.abs().dot(half)]
 }
@@ -188,7 +206,7 @@ fn add(runs: &mut Vec<Range<u32>>, points: Range<usize>) {
 mod tests {
     use super::*;
     use crate::view::{DepthRange, View};
-    use glam::{Quat, Vec3};
+    use glam::Quat;
     use manypass_scene::{Primitive, Projection};
 
     const SIZE: (u32, u32) = (320, 200);
@@ -231,7 +249,7 @@ mod tests {
                 };
                 let settled: Vec<u8> = (0..across * down).map(tile).collect();
                 let tiles = unsettled_of.map(|_| UnsettledTiles::new(&settled, SIZE));
-                let eye = Eye::new(&uniform, &world_from_object, tiles.as_ref());
+                let eye = CloudCuller::new(&uniform, &world_from_object, tiles.as_ref());
                 let runs = eye.runs(&cloud, true);
                 let mut times = vec![0; primitive.positions.len()];
                 for run in &runs {
@@ -269,7 +287,7 @@ mod tests {
         let cloud = Cloud::of(&primitive).expect("many points");
         let projection = Projection::Orthographic { height_m: 40.0, near_m: 0.05, far_m: 20.0 };
         let uniform = view(projection, Vec3::new(0.0, 0.0, 9.0));
-        let eye = Eye::new(&uniform, &Mat4::IDENTITY, None);
+        let eye = CloudCuller::new(&uniform, &Mat4::IDENTITY, None);
         let firsts: Vec<u32> = eye.runs(&cloud, true).iter().map(|run| run.start).collect();
         assert!(firsts.len() > 20 && firsts.is_sorted_by(|a, b| a > b), "{firsts:?}");
         let whole = eye.runs(&cloud, false);

@@ -9,7 +9,7 @@ mod list;
 mod unsettled;
 mod world;
 
-pub(crate) use clouds::SeenClouds;
+pub(crate) use clouds::VisibleClouds;
 pub(crate) use deformation::Deformation;
 pub(crate) use glass::layers_of_glass;
 pub(crate) use leveled::Form;

@@ -5,7 +5,7 @@ use super::tables::{FRAME_GROUP, FrameTables};
 use super::uniforms::UniformArena;
 use crate::constants::{DATA_WIDTH, LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
 use crate::decals::{DecalDraws, DecalLists};
-use crate::draws::{Draw, DrawList, SeenClouds, WorldDraws, object_id};
+use crate::draws::{Draw, DrawList, VisibleClouds, WorldDraws, object_id};
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
@@ -75,9 +75,9 @@ pub struct PreparedView {
     pub pixel_samples: u32,
     pub(crate) draws: Arc<DrawList>,
     /// What is in the picture of clouds of points.
-    pub(crate) clouds: SeenClouds,
+    pub(crate) clouds: VisibleClouds,
     /// What of that is on tiles that are not settled, if they are known.
-    pub(crate) clouds_left: Option<SeenClouds>,
+    pub(crate) clouds_left: Option<VisibleClouds>,
     /// Whether what is blended, or light comes through, is among its opaque surfaces, for variables.
     pub(crate) shows_first_surface: bool,
     /// How samplers of textures filter.
@@ -302,9 +302,9 @@ pub(crate) struct Viewed<'a> {
     pub uniform: ViewUniform,
     pub draws: Arc<DrawList>,
     /// What is in the picture of clouds of points.
-    pub clouds: SeenClouds,
+    pub clouds: VisibleClouds,
     /// What of that is on tiles that are not settled.
-    pub clouds_left: Option<SeenClouds>,
+    pub clouds_left: Option<VisibleClouds>,
     pub shows_first_surface: bool,
     pub sampling: Sampling,
     pub light_count: u32,

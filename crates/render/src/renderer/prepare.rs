@@ -10,7 +10,7 @@ use super::surroundings::{FrameSurroundings, SideView};
 use super::{Purpose, Renderer};
 use crate::aov::AovPasses;
 use crate::decals::DecalDraws;
-use crate::draws::{DrawList, SeenClouds, WorldDraws};
+use crate::draws::{DrawList, VisibleClouds, WorldDraws};
 use crate::effect;
 use crate::environment::{Environment, EnvironmentUniform};
 use crate::frame::Variables;
@@ -110,8 +110,8 @@ impl ViewInputs<'_> {
             pixel_samples: if draws_picture { settings.msaa.samples.count() } else { 1 },
             uniform,
             draws: if shows_first_surface { draws.first_surfaces().into() } else { draws.clone() },
-            clouds: SeenClouds::new(self.world, draws, &uniform, None),
-            clouds_left: tiles_left.map(|tiles| SeenClouds::new(self.world, draws, &uniform, Some(tiles))),
+            clouds: VisibleClouds::new(self.world, draws, &uniform, None),
+            clouds_left: tiles_left.map(|tiles| VisibleClouds::new(self.world, draws, &uniform, Some(tiles))),
             shows_first_surface,
             sampling: self.sampling[usize::from(is_of_variables)],
             light_count: lists.table.len(),
@@ -304,7 +304,7 @@ impl Renderer {
             pixel_samples: 1,
             uniform: ViewUniform { sample_index: asked.request.dealing().pattern(), ..ready.view.uniform },
             draws: Arc::default(),
-            clouds: SeenClouds::default(),
+            clouds: VisibleClouds::default(),
             clouds_left: None,
             shows_first_surface: false,
             sampling: ready.view.sampling,

@@ -16,7 +16,7 @@ pub struct FrameStats {
     /// Triangles of all draws.
     pub triangles: u64,
     /// Points of all draws. Of clouds of 4,096 points or more, what lies beside the picture is left out, and in later
-    /// samples of a still what lies on tiles that are settled (`adaptive.threshold`).
+    /// samples of a still what lies on converged tiles, which are skipped (`adaptive.threshold`).
     pub points: u64,
     /// Pictures within the picture that were drawn: what monitors show. Each is a view of its own.
     pub captures: u32,

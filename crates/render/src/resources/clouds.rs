@@ -72,7 +72,7 @@ fn is_cloud(primitive: &Primitive) -> bool {
 
 /// The order in which the points of a cloud are drawn, if not in their own: those of neighbouring cells follow each
 /// other, along the curve of Morton 1966, "A Computer Oriented Geodetic Data Base". Points of one cell keep their order,
-/// so that of those at one place the last is seen; and so do clouds that blend, in which the order shows everywhere.
+/// and so do clouds whose vertices blend, in which the order shows everywhere.
 pub(super) fn neighbours_first(primitive: &Primitive) -> Option<Vec<u32>> {
     if !is_cloud(primitive) {
         return None;

@@ -84,6 +84,7 @@ pub fn record_batched(
     pass.uniform("fog", &fog);
     let mut radiance = radiance.begin(&mut pass);
     let depth = depth.begin(&mut pass);
+    pass.leave_out_settled();
     pass.constant(LIGHTS_OF, FIRST_BATCH);
     InPicture { occlusion, reflections: None }.bind(&mut pass);
     bind_opaque(&mut pass);
@@ -120,6 +121,7 @@ pub fn record_opaque(
     let axes = r.view.light_axes();
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
+    pass.leave_out_settled();
     InPicture { occlusion, reflections: None }.bind(&mut pass);
     bind_opaque(&mut pass);
     pass.axes(axes);

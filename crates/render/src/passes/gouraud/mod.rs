@@ -30,6 +30,7 @@ pub fn record_opaque(
     pass.uniform("fog", &fog);
     Weighting::default().bind(&mut pass, None);
     let radiance = radiance.begin(&mut pass);
+    pass.leave_out_settled();
     let depth = pass.depth(depth, depth_load);
     pass.draw_opaque(Which::Plain)?;
     Ok((radiance, depth))

@@ -4,7 +4,7 @@ use super::pipelines::{ALPHA_TO_COVERAGE, Key, SurfacePipeline, Targets};
 use super::shape::{Shape, Special};
 use super::{DecalUse, Which};
 use crate::decals::DECALS;
-use crate::draws::{BLOCK_ITEMS, Draw, Item, MASKED, SeenClouds, WorldDraws};
+use crate::draws::{BLOCK_ITEMS, Draw, Item, MASKED, VisibleClouds, WorldDraws};
 use crate::levels::FADES;
 use crate::record::bind_groups::Resource;
 use crate::record::{Frame, PreparedView};
@@ -88,7 +88,7 @@ pub(super) struct Preparing<'p, 'f> {
     /// What is done about decals.
     pub decals: DecalUse,
     /// What is drawn of clouds of points; all of them without it.
-    pub clouds: Option<&'p SeenClouds>,
+    pub clouds: Option<&'p VisibleClouds>,
 }
 
 /// What draws of a pass bind, each once.
@@ -214,7 +214,7 @@ fn push_draw(
     state: &mut State,
     draw: &Draw,
     (world, geometry): (&WorldDraws, &Geometry),
-    clouds: Option<&SeenClouds>,
+    clouds: Option<&VisibleClouds>,
 ) {
     let item = &world.items[draw.item as usize];
     let is_bound = matches!(state.vertices, Some(Vertices::Page(page)) if item.vertex_page == Some(page));
