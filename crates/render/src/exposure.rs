@@ -131,7 +131,8 @@ impl FromStr for Exposure {
 pub struct Metering {
     /// The log-average luminance of the surfaces, in the unit of radiance (Rec. 709 weights). Pixels count by their
     /// coverage, and by L / (L + A / 64) with their luminance L and the mean A of all: surfaces that no light reaches
-    /// do not count. None if no light is seen at all.
+    /// do not count. In A a pixel counts up to four times what 99 % of them do not exceed, so that mirrored lamps of a
+    /// pixel change nothing. None if no light is seen at all.
     pub log_average_luminance: Option<f64>,
     /// The largest component of radiance that was seen.
     pub peak: f64,

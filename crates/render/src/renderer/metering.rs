@@ -27,6 +27,15 @@ const CLAMPED_SHARE_MAX: f64 = 0.05;
 /// A mean below this asks for another try: a 64th of it would have lost bits.
 const MEAN_MIN: f64 = 1.0 / 2048.0;
 
+/// Mirrored lamps and other sparks, of a pixel or two, come and go with the smallest step of the camera. In the mean
+/// that tells what is dark, luminance counts up to so many times what this share of the pixels does not exceed.
+const SPARK_FACTOR: f64 = 4.0;
+const SPARKLESS_SHARE: f64 = 0.99;
+
+/// The mean without sparks is at least this share of the mean with them: where next to nothing is lit, what the rest
+/// hardly gets of that light stays dark.
+const SPARKLESS_MEAN_MIN: f64 = 1.0 / 16.0;
+
 /// One try: of each pixel that shows a surface its coverage, luminance and largest component, pre-exposed.
 struct Reading {
     pixels: Vec<[f64; 3]>,
@@ -49,18 +58,39 @@ impl Reading {
     }
 
     fn mean(&self) -> f64 {
-        self.weighted_mean(|_| 1.0)
+        self.weighted_mean(|_| 1.0, f64::INFINITY)
     }
 
-    /// The mean in which the pixel of an index counts so much.
-    fn weighted_mean(&self, weight: impl Fn(usize) -> f64) -> f64 {
+    /// The mean in which the pixel of an index counts so much, and luminance up to a limit.
+    fn weighted_mean(&self, weight: impl Fn(usize) -> f64, luminance_max: f64) -> f64 {
         let weigh = |(index, [coverage, luminance, _]): (usize, &[f64; 3])| {
             let weight = weight(index) * coverage;
-            [weight, weight * luminance]
+            [weight, weight * luminance.min(luminance_max)]
         };
         let add = |[a, b]: [f64; 2], [c, d]: [f64; 2]| [a + c, b + d];
         let [weights, sum] = self.pixels.iter().enumerate().map(weigh).fold([0.0; 2], add);
         sum / weights.max(1e-9)
+    }
+
+    /// The luminance that all but the brightest hundredth of the surfaces does not exceed.
+    fn sparkless_luminance(&self, weight: impl Fn(usize) -> f64) -> f64 {
+        let weigh = |(index, [coverage, luminance, _]): (usize, &[f64; 3])| (*luminance, weight(index) * coverage);
+        let mut weighed: Vec<(f64, f64)> =
+            self.pixels.iter().enumerate().map(weigh).filter(|(_, weight)| *weight > 0.0).collect();
+        weighed.sort_unstable_by(|a, b| a.0.total_cmp(&b.0));
+        let mut left = SPARKLESS_SHARE * weighed.iter().map(|(_, weight)| weight).sum::<f64>();
+        let reached = weighed.iter().find(|(_, weight)| {
+            left -= weight;
+            left <= 0.0
+        });
+        reached.or(weighed.last()).map_or(0.0, |(luminance, _)| *luminance)
+    }
+
+    /// The mean to which surfaces that no light reaches are compared.
+    fn mean_without_sparks(&self, weight: impl Fn(usize) -> f64) -> f64 {
+        let limit = SPARK_FACTOR * self.sparkless_luminance(&weight);
+        let whole = self.weighted_mean(&weight, f64::INFINITY);
+        self.weighted_mean(&weight, limit).max(SPARKLESS_MEAN_MIN * whole)
     }
 
     fn clamped_share(&self) -> f64 {
@@ -80,7 +110,7 @@ impl Reading {
 
     /// What it comes to if the pixel of an index counts so much, in an environment of a level.
     fn metering(&self, anchor: Option<Anchor>, weight_of: impl Fn(usize) -> f64) -> Metering {
-        let (mean, scale) = (self.weighted_mean(&weight_of), f64::from(-self.pre_exposure_stops).exp2());
+        let (mean, scale) = (self.mean_without_sparks(&weight_of), f64::from(-self.pre_exposure_stops).exp2());
         let (mut weights, mut sum) = (0.0, 0.0);
         for (index, [coverage, luminance, _]) in self.pixels.iter().enumerate() {
             if *coverage > 0.0 && *luminance > 0.0 {
@@ -280,6 +310,31 @@ mod tests {
         assert!((same - average).abs() < 1e-9, "{same} {average}");
         let dark = Reading::new(&grey(0.0, 1.0), 0).metering(None, |_| 1.0);
         assert_eq!((dark.log_average_luminance, dark.stops), (None, 0.0));
+    }
+
+    #[test]
+    fn a_spark_moves_nothing() {
+        // A surface from 0.1 to 0.5, a third of it in the dark.
+        let grey = |value: f32| [value, value, value, 1.0];
+        let value = |i: u16| -> f32 { if i.is_multiple_of(3) { 1e-4 } else { 0.1 + f32::from(i) * 4e-4 } };
+        let stops = |value: &dyn Fn(u16) -> f32| {
+            let pixels: Vec<f32> = (0..1000).flat_map(|i| grey(value(i))).collect();
+            let average = Reading::new(&pixels, 0).metering(None, |_| 1.0).log_average_luminance;
+            average.unwrap_or_default().log2()
+        };
+        let plain = stops(&value);
+        let sparkling = stops(&|i: u16| if i == 500 { 5000.0 * value(i) } else { value(i) });
+        assert!((sparkling - plain).abs() < 0.03, "{plain} and {sparkling} stops");
+        // Without sparks the mean is that of all. 3 of 10 are at 0.9, which is not more than a hundredth.
+        let step = |i: u16| -> f32 { if i % 10 < 3 { 0.9 } else { 1e-3 } };
+        let mean = 0.3 * 0.9 + 0.7 * 1e-3;
+        let weight = |luminance: f64| luminance / (luminance + mean / 64.0);
+        let [lit, dark] = [0.3 * weight(0.9), 0.7 * weight(1e-3)];
+        let expected = (lit * 0.9f64.log2() + dark * 1e-3f64.log2()) / (lit + dark);
+        assert!((stops(&step) - expected).abs() < 1e-3, "{} and {expected} stops", stops(&step));
+        // A lamp that lights a two-hundredth of what is seen is exposed, and not the night around it.
+        let night = |i: u16| -> f32 { if i < 5 { 1.0 } else { 1e-12 } };
+        assert!(stops(&night) > -0.1, "{} stops", stops(&night));
     }
 
     #[test]
