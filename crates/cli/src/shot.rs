@@ -139,7 +139,7 @@ pub fn pose(scene: &mut Scene, args: &RenderArgs, time_secs: Option<f32>) -> Res
 /// The animation that is asked for; the first where only a time or frames are.
 fn animation(scene: &Scene, args: &RenderArgs) -> Result<Option<usize>, Failure> {
     let named = |name: &String| scene.animations.iter().position(|a| a.name == *name).or_else(|| name.parse().ok());
-    let is_timed = args.time.is_some_and(|secs| secs != 0.0) || args.frames.is_some();
+    let is_timed = args.time.is_some() || args.frames.is_some();
     let index = match &args.animation {
         // The caller warns of it: a batch may well hold models that stand still.
         _ if scene.animations.is_empty() => return Ok(None),
