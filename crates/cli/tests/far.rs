@@ -2,11 +2,10 @@
 
 mod common;
 
-use common::{Folder, has_adapter, run_in};
+use common::{Folder, has_adapter, packed_3mf, picture, run_in};
 use manypass_testkit::compare::{Picture, difference};
 use manypass_testkit::data_uri;
 use serde_json::{Value, json};
-use std::io::Write as _;
 
 const SMALL: [&str; 6] = ["--size", "96x64", "--samples", "4", "--format", "png"];
 
@@ -123,15 +122,7 @@ fn archive(place: [f64; 3], moved_m: [f64; 3]) -> Vec<u8> {
         triangles().map(triangle).collect::<String>(),
         words(millimetres(moved_m)),
     );
-    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
-    archive.start_file("3D/3dmodel.model", zip::write::SimpleFileOptions::default()).expect("a part");
-    archive.write_all(text.as_bytes()).expect("written");
-    archive.finish().expect("finished").into_inner()
-}
-
-fn picture(bytes: &[u8]) -> Picture {
-    let image = image::load_from_memory(bytes).expect("a picture").into_rgba8();
-    Picture::from_rgba8(image.width() as usize, image.height() as usize, image.as_raw())
+    packed_3mf(&text)
 }
 
 fn read(folder: &Folder, name: &str) -> Picture {

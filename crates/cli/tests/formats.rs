@@ -2,11 +2,10 @@
 
 mod common;
 
-use common::{Folder, has_adapter, run_in, run_with_input};
+use common::{Folder, has_adapter, packed_3mf, picture, run_in, run_with_input};
 use manypass_scene::{Primitive, primitives};
 use manypass_testkit::compare::{Picture, Tolerance, assert_looks_same, assert_same, difference, flip};
 use std::fmt::Write as _;
-use std::io::Write as _;
 
 /// A box with edges and a smooth ball, apart from each other, with their normals in closed form.
 fn body() -> Primitive {
@@ -106,15 +105,7 @@ fn threemf(body: &Primitive) -> Vec<u8> {
         let _ = write!(text, "<triangle v1=\"{}\" v2=\"{}\" v3=\"{}\"/>", triangle[0], triangle[1], triangle[2]);
     }
     text += "</triangles></mesh></object></resources><build><item objectid=\"1\"/></build></model>";
-    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
-    archive.start_file("3D/3dmodel.model", zip::write::SimpleFileOptions::default()).expect("a part");
-    archive.write_all(text.as_bytes()).expect("written");
-    archive.finish().expect("finished").into_inner()
-}
-
-fn picture(bytes: &[u8]) -> Picture {
-    let image = image::load_from_memory(bytes).expect("a picture").into_rgba8();
-    Picture::from_rgba8(image.width() as usize, image.height() as usize, image.as_raw())
+    packed_3mf(&text)
 }
 
 const SMALL: [&str; 4] = ["--size", "128x96", "--samples", "4"];

@@ -284,3 +284,27 @@ fn images_above_the_limit_are_halved() {
     assert_eq!((&pixels.data[..4], &pixels.data[4 * 8191..]), (&[255, 0, 0, 255][..], &[0, 255, 0, 255][..]));
     assert_eq!(loaded.scene.images[0].dimensions().unwrap(), (8192, 1));
 }
+
+/// Each node that a scene lists is drawn once, whatever stands above it.
+#[test]
+fn a_scene_may_list_nodes_that_have_parents() {
+    let drawn = |nodes: Value| {
+        let loaded = changed(|json| {
+            let mesh = json["nodes"][0].clone();
+            json["animations"] = json!([]);
+            json["nodes"] = json!([{ "children": [1], "translation": [5, 0, 0] }, mesh]);
+            json["scenes"] = json!([{ "nodes": nodes }]);
+        });
+        let scene = &loaded.scene;
+        let shown: Vec<_> = scene.visible_nodes().into_iter().filter(|id| scene.node(*id).mesh.is_some()).collect();
+        assert_eq!(shown.len(), 1);
+        (scene.node(shown[0]).world_from_object.w_axis.x, loaded.warnings.concat())
+    };
+    assert_eq!(drawn(json!([0])), (5.0, String::new()));
+    let (x, warning) = drawn(json!([1]));
+    assert!(x == 0.0 && warning.contains("others are shown without theirs"), "{x} {warning}");
+    for twice in [json!([0, 1]), json!([1, 0]), json!([0, 0])] {
+        let (x, warning) = drawn(twice);
+        assert!(x == 5.0 && warning.contains("others are there once"), "{x} {warning}");
+    }
+}

@@ -4,6 +4,7 @@
 
 pub mod watch;
 
+use manypass_testkit::compare::Picture;
 use manypass_testkit::needs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -165,4 +166,18 @@ pub fn triangle_glb(color: [f32; 3]) -> Vec<u8> {
     }
     glb.extend_from_slice(&bin);
     glb
+}
+
+/// A 3MF file whose model is `text`.
+pub fn packed_3mf(text: &str) -> Vec<u8> {
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    archive.start_file("3D/3dmodel.model", zip::write::SimpleFileOptions::default()).expect("a part");
+    archive.write_all(text.as_bytes()).expect("written");
+    archive.finish().expect("finished").into_inner()
+}
+
+/// The picture in the bytes of a file.
+pub fn picture(bytes: &[u8]) -> Picture {
+    let image = image::load_from_memory(bytes).expect("a picture").into_rgba8();
+    Picture::from_rgba8(image.width() as usize, image.height() as usize, image.as_raw())
 }

@@ -152,9 +152,12 @@ pub(super) fn read_nodes(document: &mut Document, scene: &mut Scene) -> Result<(
     if scenes.is_empty() {
         scene.roots = orphans(scene);
     }
+    // A scene with a fault in its list has nothing to say of the others.
+    let listed = |json: &Json| json.indices("nodes", nodes.len(), "node").unwrap_or_default();
+    let roots_of_all: BTreeSet<usize> = scenes.iter().flat_map(listed).collect();
     for (i, json) in scenes.iter().enumerate() {
         // A fault in a scene that nobody has asked for yet is no reason to refuse the file.
-        let roots = match read_roots(json, scene) {
+        let roots = match read_roots(document, json, scene, &roots_of_all) {
             Err(error) if i != shown => {
                 document.warn(&json.at("nodes"), &format!("the scene cannot be shown: {}", error.into_message()));
                 Vec::new()
@@ -169,15 +172,28 @@ pub(super) fn read_nodes(document: &mut Document, scene: &mut Scene) -> Result<(
     Ok(())
 }
 
-/// The nodes of one of the file's scenes.
-fn read_roots(json: &Json, scene: &Scene) -> Result<Vec<NodeId>, LoadError> {
+/// The nodes of one of the file's scenes. They should have no parent: one whose parents no scene has is shown without
+/// them, and one that comes with its parents, or twice, is there once.
+fn read_roots(
+    document: &mut Document,
+    json: &Json,
+    scene: &mut Scene,
+    roots_of_all: &BTreeSet<usize>,
+) -> Result<Vec<NodeId>, LoadError> {
     let (mut roots, mut seen) = (Vec::new(), BTreeSet::new());
     for root in json.indices("nodes", scene.nodes.len(), "node")? {
-        let has_parent = scene.nodes.get(root).is_some_and(|node| node.parent.is_some());
-        if has_parent || !seen.insert(root) {
-            return Err(json.error("nodes", format!("expected node {root} once and without a parent")));
+        let id = NodeId(root as u32);
+        let parent_of = |id: NodeId| scene.nodes.get(id.0 as usize).and_then(|node| node.parent);
+        let mut parents = std::iter::successors(parent_of(id), |parent| parent_of(*parent));
+        if !seen.insert(root) || parents.any(|parent| roots_of_all.contains(&(parent.0 as usize))) {
+            document.warn(&json.at("nodes"), "expected nodes without a parent, each once; others are there once");
+            continue;
         }
-        roots.push(NodeId(root as u32));
+        if parent_of(id).is_some() {
+            document.warn(&json.at("nodes"), "expected nodes without a parent; others are shown without theirs");
+            scene.remove_node(id);
+        }
+        roots.push(id);
     }
     Ok(roots)
 }
