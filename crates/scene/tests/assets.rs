@@ -100,7 +100,7 @@ fn every_model_loads_or_names_what_it_requires() {
 const REFUSED_REPORTS: [(&str, &str); 1] = [("reports/ok_cycle_of_nodes_refused.glb", "/nodes/0")];
 
 /// Codes of the validator that leave nothing sensible to draw; a file with one of them is refused.
-const FATAL: [&str; 15] = [
+const FATAL: [&str; 14] = [
     "ACCESSOR_JOINTS_INDEX_OOB",
     "ASSET_MIN_VERSION_GREATER_THAN_VERSION",
     "GLB_CHUNK_TOO_BIG",
@@ -113,14 +113,13 @@ const FATAL: [&str; 15] = [
     "INVALID_JSON",
     "NODE_PARENT_OVERRIDE",
     "ROTATION_NON_UNIT",
-    "SCENE_NON_ROOT_NODE",
     "UNKNOWN_ASSET_MAJOR_VERSION",
     "UNUSED_EXTENSION_REQUIRED",
 ];
 
 /// Codes of what is broken beyond repair. A file is refused for it where it is shown, and is loaded with a warning
 /// where nothing that is shown needs it, which in nearly all files of the validator nothing does.
-const FATAL_IF_SHOWN: [&str; 21] = [
+const FATAL_IF_SHOWN: [&str; 22] = [
     "ACCESSOR_ANIMATION_INPUT_NEGATIVE",
     "ACCESSOR_ANIMATION_INPUT_NON_INCREASING",
     "ACCESSOR_SMALL_BYTESTRIDE",
@@ -137,6 +136,8 @@ const FATAL_IF_SHOWN: [&str; 21] = [
     "MESH_PRIMITIVE_JOINTS_WEIGHTS_MISMATCH",
     "MESH_PRIMITIVE_UNEQUAL_ACCESSOR_COUNT",
     "SKIN_IBM_INVALID_FORMAT",
+    // Nodes that are shown without their parents.
+    "SCENE_NON_ROOT_NODE",
     "TYPE_MISMATCH",
     "UNDEFINED_PROPERTY",
     "UNRESOLVED_REFERENCE",
