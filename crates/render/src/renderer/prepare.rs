@@ -214,7 +214,7 @@ impl Renderer {
         let filter = |_| filter_uniform(&settings.shadows, request.sample().0);
         let cluster_grid = ClusterUniform {
             shadow_filter: shadows.map_or([0.0; 4], filter),
-            contact: contact_uniform(&settings.shadows),
+            contact: contact_uniform(&settings.shadows, settled.is_some()),
             ..lists.uniform
         };
         let tiles = self.tiles_of(asked);

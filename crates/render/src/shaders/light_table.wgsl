@@ -15,8 +15,8 @@ struct ClusterGrid {
     // Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are,
     // 0, the bias in texels.
     shadow_filter: vec4f,
-    // Of rays in the picture that find more shadows: their length in metres, 1 / how far what they pass behind goes on,
-    // 0, 0.
+    // Of rays in the picture that find more shadows: their length in metres, 1 / how far what they pass behind goes on.
+    // Then 1 in a sample that leaves out tiles that are settled, and 0.
     contact: vec4f,
     // See `TableRows`.
     table_rows: vec4f,

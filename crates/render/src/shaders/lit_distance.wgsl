@@ -1,16 +1,14 @@
 // How far away surfaces are, and how their facets lie, for passes that light them: where nothing else needs linear depth
 // they find distances in the depth that they are tested against.
 
-import package::constants::DISTANCE_BACKGROUND_M;
+import package::constants::{DISTANCE_BACKGROUND_M, SETTLED_TILE_PX};
 import package::view::{view, distance_from_depth_texel, position_view_from_pixel};
 import package::shaders::gbuffer_textures::linear_depth;
 
 // 1 if `linear_depth` is the depth attachment.
 override reads_attached_depth: u32 = 0u;
 
-// The least cosine between the corners of a pixel on a flat surface. Beside tiles that are left out of a sample, distances
-// are those of the sample before, a part of a pixel beside, which tilts corners by a few degrees: a low sun would not reach
-// them.
+// The least cosine between the corners of a pixel on a flat surface.
 const FACET_AGREEMENT_MIN: f32 = 0.998;
 // The least cosine between the normals of a surface and of its facet, where it is not flat.
 const FACET_LIKENESS_MIN: f32 = 0.8;
@@ -28,12 +26,21 @@ fn lit_distance_at(pixel: vec2i) -> f32 {
 // has with its neighbours the one that lies most like `normal`, so that no neighbour on another surface, or on the
 // other side of an edge, has a part in it. `normal` itself where none is like it: then the surface shows in this pixel
 // alone.
-fn facet_normal_at(pixel: vec2i, distance_m: f32, normal: vec3f) -> vec3f {
+// With `stays_in_tile` what lies in another tile may be left out of the sample, and has no distance: the step before
+// stands for the one that leads there.
+fn facet_normal_at(pixel: vec2i, distance_m: f32, normal: vec3f, stays_in_tile: bool) -> vec3f {
     let center = position_view_from_pixel(vec2f(pixel) + 0.5, distance_m);
-    let right = step_to(pixel, vec2i(1, 0), center);
-    let left = step_to(pixel, vec2i(-1, 0), center);
-    let down = step_to(pixel, vec2i(0, 1), center);
-    let up = step_to(pixel, vec2i(0, -1), center);
+    let place = pixel % SETTLED_TILE_PX;
+    let begins = (place == vec2i(0)) & vec2<bool>(stays_in_tile);
+    let ends = (place == vec2i(SETTLED_TILE_PX - 1)) & vec2<bool>(stays_in_tile);
+    var right = step_to(pixel, vec2i(select(1, -2, ends.x), 0), center);
+    var left = step_to(pixel, vec2i(select(-1, 2, begins.x), 0), center);
+    var down = step_to(pixel, vec2i(0, select(1, -2, ends.y)), center);
+    var up = step_to(pixel, vec2i(0, select(-1, 2, begins.y)), center);
+    right = select(right, step_between(right, left), ends.x);
+    left = select(left, step_between(left, right), begins.x);
+    down = select(down, step_between(down, up), ends.y);
+    up = select(up, step_between(up, down), begins.y);
     let normal_view = (view.view_from_world * vec4f(normal, 0.0)).xyz;
     let corners = array<vec3f, 4>(
         unit_or_zero(cross(down, right)),
@@ -63,6 +70,11 @@ fn step_to(pixel: vec2i, offset: vec2i, center: vec3f) -> vec3f {
     let distance_m = lit_distance_at(other);
     let step = position_view_from_pixel(vec2f(other) + 0.5, distance_m) - center;
     return select(vec3f(0.0), step, distance_m < DISTANCE_BACKGROUND_M);
+}
+
+// From the end of one step to that of another; 0 where the first leads nowhere.
+fn step_between(from_step: vec3f, to_step: vec3f) -> vec3f {
+    return select(vec3f(0.0), to_step - from_step, dot(from_step, from_step) > 0.0);
 }
 
 fn more_like(best: vec4f, candidate: vec3f, normal: vec3f) -> vec4f {

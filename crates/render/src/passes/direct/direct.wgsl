@@ -16,6 +16,7 @@ import package::shaders::coarse_occlusion::seen_by_sample;
 import package::shaders::coarse_reflections::reflected_at;
 import package::shaders::contact::contact_origin;
 import package::shaders::light_lists::light_sums;
+import package::shaders::light_table::cluster_grid;
 import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::shadows::shadowed;
 import package::shaders::colour::half_float_clamped;
@@ -34,7 +35,7 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let position_world = position_world_from_pixel(position.xy, distance_m);
     var shading = shading_at(surface, position_world);
     if shadowed != 0u {
-        shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
+        shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world, cluster_grid.contact.z > 0.0);
         shading.contact = contact_origin(position.xy, distance_m, shading.facet_normal);
     }
     let sums = light_sums(position.xy, distance_m, position_world, shading);

@@ -13,6 +13,7 @@ import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::shadows::shadowed;
 import package::shaders::contact::contact_origin;
 import package::shaders::light_lists::single_light_sums;
+import package::shaders::light_table::cluster_grid;
 import package::shaders::colour::half_float_clamped;
 import package::passes::volumes::volume_vertex::{VolumeVarying, volume_varying};
 
@@ -32,7 +33,7 @@ fn fs_volumes(in: VolumeVarying) -> @location(0) vec4f {
     let position_world = position_world_from_pixel(in.position_clip.xy, distance_m);
     var shading = shading_at(surface, position_world);
     if shadowed != 0u {
-        shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world);
+        shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world, cluster_grid.contact.z > 0.0);
         shading.contact = contact_origin(in.position_clip.xy, distance_m, shading.facet_normal);
     }
     let sums = single_light_sums(in.light, position_world, shading);
