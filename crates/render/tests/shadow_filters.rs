@@ -244,6 +244,33 @@ fn an_edge_is_as_many_texels_wide_as_the_kernel_has_comparisons() {
     }
 }
 
+/// Where the sun stands low, leaks through walls are looked for, with two comparisons across alone: edges of what is far
+/// before a floor stay where three have them, and as wide as two make them.
+#[test]
+fn edges_under_a_low_sun_stay_where_leaks_are_looked_for() {
+    let mut builder = floor(8.0);
+    builder.put(primitives::plane(4.0), grey(0.5), at(Vec3::new(-1.5, 0.5, 0.0)));
+    builder.light(light(LightKind::Directional, 10.0), Vec3::ZERO, Vec3::new(-1.0, -1.0, 0.0));
+    let scene = builder.finish();
+    let edge = |kernel: u32| {
+        let request = request(&scene).with(|settings| {
+            settings.shadows.kernel = kernel;
+            settings.shadows.map_px = 128;
+            settings.shadows.extent_m = 4.0;
+        });
+        let found = shares(&scene, &request, 1);
+        let (width, height) = (SIZE.0 as usize, SIZE.1 as usize);
+        let column = |x: usize| (0..height).map(|y| f64::from(found[y * width + x].unwrap())).sum::<f64>();
+        let row = Vec::from_iter((0..width).map(|x| column(x) / height as f64));
+        (reaches(&row, 0.5), reaches(&row, 0.9) - reaches(&row, 0.1))
+    };
+    let ((middle, width), (expected, wide)) = (edge(2), edge(3));
+    let ratio = wide / width;
+    println!("middle at {middle:.2} px, of the wider filter at {expected:.2}; {width:.2} px wide, {ratio:.3} times");
+    assert!((middle - expected).abs() < 0.25, "at {middle} px instead of {expected}");
+    assert!((ratio / 1.5 - 1.0).abs() < 0.05, "{wide} px of three comparisons are {ratio} times {width} px of two");
+}
+
 /// With one comparison an edge is as wide as a texel, which is the width of what a map shows by its texels, less three
 /// at each side for filters.
 #[test]

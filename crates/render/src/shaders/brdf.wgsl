@@ -23,6 +23,8 @@ struct Shading {
     normal: vec3f,
     // The normal of the surface as it was drawn, without that of vertices and maps: shadows depend on it.
     facet_normal: vec3f,
+    // Whether that normal was found, and `normal` is the same.
+    is_flat: bool,
     to_eye: vec3f,
     n_dot_v: f32,
     roughness_alpha: f32,

@@ -173,7 +173,7 @@ fn directional_radiance(
         @if(!layered) let is_before = n_dot_l > 0.0;
         if is_before {
             let facet_normal = lit_side(shading.facet_normal, to_light);
-            irradiance *= directional_visibility(table_uv, position_world, facet_normal);
+            irradiance *= directional_visibility(table_uv, position_world, facet_normal, shading.is_flat);
             @if(contact) {
                 if contact_steps != 0u {
                     irradiance *= contact_visibility(shading.contact, table_uv, to_light, cluster_grid.contact.x);

@@ -26,9 +26,10 @@ fn lit_distance_at(pixel: vec2i) -> f32 {
 // has with its neighbours the one that lies most like `normal`, so that no neighbour on another surface, or on the
 // other side of an edge, has a part in it. `normal` itself where none is like it: then the surface shows in this pixel
 // alone.
+// The last of the four is how much the normal of a corner is like `normal`; 0 where none is.
 // With `stays_in_tile` what lies in another tile may be left out of the sample, and has no distance: the step before
 // stands for the one that leads there.
-fn facet_normal_at(pixel: vec2i, distance_m: f32, normal: vec3f, stays_in_tile: bool) -> vec3f {
+fn facet_normal_at(pixel: vec2i, distance_m: f32, normal: vec3f, stays_in_tile: bool) -> vec4f {
     let center = position_view_from_pixel(vec2f(pixel) + 0.5, distance_m);
     let place = pixel % SETTLED_TILE_PX;
     let begins = (place == vec2i(0)) & vec2<bool>(stays_in_tile);
@@ -57,7 +58,8 @@ fn facet_normal_at(pixel: vec2i, distance_m: f32, normal: vec3f, stays_in_tile: 
     // Where all of them agree the surface is flat, however a normal map bends its normal.
     let agreement = min(dot(corners[0], corners[2]), dot(corners[1], corners[3]));
     let facet = select(best.xyz, corners[0], min(agreement, dot(corners[0], corners[1])) > FACET_AGREEMENT_MIN);
-    return (view.world_from_view * vec4f(facet, 0.0)).xyz;
+    let likeness = select(0.0, best.w, best.w > FACET_LIKENESS_MIN);
+    return vec4f((view.world_from_view * vec4f(facet, 0.0)).xyz, likeness);
 }
 
 fn unit_or_zero(v: vec3f) -> vec3f {

@@ -4,6 +4,9 @@ import package::gbuffer::Surface;
 import package::constants::{DIRECTIONAL_ALBEDO_SIZE, ROUGHNESS_PERCEPTUAL_MIN};
 import package::shaders::brdf::{Shading, set_lamp_terms};
 
+// The least cosine between the normals of a surface and of its facet where the surface is flat.
+const FLAT_LIKENESS_MIN: f32 = 0.999;
+
 // Scale and bias of f0 in the directional albedo of GGX (Karis 2013), and the directional albedo of sheen, over n.v (u)
 // and perceptual roughness (v); integrated by `build.rs`. They are the lowest rows of a texture that may hold the images
 // of decals above, because a stage on WebGL 2 has no texture to spare.
@@ -23,6 +26,7 @@ fn shading_from_surface(surface: Surface, to_eye: vec3f) -> Shading {
     let roughness = max(surface.roughness_perceptual, ROUGHNESS_PERCEPTUAL_MIN);
     shading.normal = surface.normal_world;
     shading.facet_normal = surface.normal_world;
+    shading.is_flat = false;
     shading.to_eye = to_eye;
     // A normal map can turn the normal away from the eye; 1e-4 keeps visibility finite there.
     shading.n_dot_v = max(dot(surface.normal_world, to_eye), 1e-4);

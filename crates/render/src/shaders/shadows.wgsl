@@ -42,6 +42,15 @@ const DEPTH_SLACK_SHARE: f32 = 2e-5;
 const POSITION_SLACK_SHARE: f32 = 7e-7;
 // Comparisons of a penumbra, and looks for what blocks the light.
 const PENUMBRA_TAPS: u32 = 16u;
+// Of walls close before a surface: what is left of the bias where texels are compared at their own middles; texels that
+// are read, those of the filter (3 × 3) and two up the surface's slope; the rise of a surface over a texel, in texels,
+// from which on the bias lifts it through walls of two texels; what each of the two texels counts; and the weight of
+// texels without a wall from which on nothing is taken away.
+const WALL_BIAS_SHARE: f32 = 0.1;
+const WALL_READS: u32 = 11u;
+const WALL_SLOPE_MIN: f32 = 0.5;
+const UPHILL_WEIGHT: f32 = 0.125;
+const OPEN_WEIGHT: f32 = 0.25;
 // The golden angle: successive points of a spiral lie nowhere near each other (Vogel 1979).
 const GOLDEN_ANGLE: f32 = 2.39996323;
 
@@ -66,6 +75,10 @@ struct ShadowPoint {
     position: vec2f,
     depth: f32,
     gradient: vec2f,
+    // The point of the surface itself, before it is moved along its normal, in the tile's space; and the share of that
+    // way that stays where walls are looked for.
+    on_surface: vec3f,
+    kept: f32,
 }
 
 fn shadow_tile(index: u32) -> ShadowTile {
@@ -93,7 +106,8 @@ fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, perspect
     // Far from the origin positions are rounded to more than a texel.
     let largest = max(max(abs(position_world.x), abs(position_world.y)), abs(position_world.z));
     let of_texel_m = cluster_grid.shadow_filter.w * texel_m * max(sqrt(1.0 - facing * facing), 0.5);
-    let offset_m = max(of_texel_m, POSITION_SLACK_SHARE * largest);
+    let slack_m = POSITION_SLACK_SHARE * largest;
+    let offset_m = max(of_texel_m, slack_m);
     let at = in_tile(tile, position_world + normal * offset_m);
     // Normals turn by the inverse transpose; the rows are at right angles, so that this is a division by squared
     // lengths.
@@ -111,6 +125,8 @@ fn shadow_point(tile: ShadowTile, position_world: vec3f, normal: vec3f, perspect
     let through_eye = min(dot(plane, on_surface), -0.02 * length(plane) * length(on_surface));
     let parallel = max(plane.z, 0.02 * length(plane));
     point.gradient = select(-plane.xy / parallel, plane.xy / through_eye, perspective);
+    point.on_surface = on_surface;
+    point.kept = max(WALL_BIAS_SHARE * of_texel_m, slack_m) / max(offset_m, 1e-30);
     return point;
 }
 
@@ -175,16 +191,15 @@ fn penumbra_radius(
     return min(select(of_parallel, of_point, perspective), PENUMBRA_MAX);
 }
 
-// The share of light that reaches a surface, by one tile.
-fn tile_visibility(
+// The share of light that passes around a point of the surface at `position_world`.
+fn filtered_visibility(
     tile: ShadowTile,
+    point: ShadowPoint,
     position_world: vec3f,
-    normal: vec3f,
     radius: f32,
     perspective: bool,
+    texels: f32,
 ) -> f32 {
-    let point = shadow_point(tile, position_world, normal, perspective);
-    let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
     let texel = 2.0 / max(texels, 1.0);
     if penumbrae == 1u {
         let rotation = rotation_noise(position_world);
@@ -224,6 +239,84 @@ fn tile_visibility(
     return 0.25 * sum;
 }
 
+// How much of the parallel light that the filter found is no leak: 0 if a wall close before the surface covers all
+// texels of the filter, else 1. Its bias, and comparisons for four texels at once, lift a surface that leans through
+// walls of some texels. Here each texel is compared at its own middle with the surface's plane, so that a tenth of the
+// bias is enough. Walls count only as far as there are leaks, so that the edges of what is farther before the surface
+// stay exactly what the filter makes them.
+fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texels: f32) -> f32 {
+    let texel = 2.0 / max(texels, 1.0);
+    let limit = vec2f(1.0 - 1.0 / texels);
+    // In units of depth: how far the surface rises over a texel, and the side of a texel.
+    let rise = length(point.gradient) * texel;
+    let side = tile.place.w * length(tile.row_z.xyz);
+    let foot = point.on_surface;
+    let lift = point.depth - foot.z - dot(point.gradient, point.position - foot.xy);
+    let bias = max(lift, 0.0) * point.kept + max(foot.z, 0.0) * DEPTH_SLACK_SHARE + DEPTH_SLACK;
+    // What covers a texel by less than that counts in part, so that fine relief shadows itself no more than before.
+    let ramp = 0.5 * (rise + side);
+    // Of a wall at a right angle to the surface no texel is farther where it leaks.
+    let reach = 6.0 * rise + 4.0 * side;
+    let uphill = point.gradient * (texel / max(length(point.gradient), 1e-30));
+    // The filter's place, unless a large bias moves that away from what the surface itself is lit by.
+    let moved = point.position - foot.xy;
+    let place = foot.xy + moved * min(1.0, 1.5 * texel / max(length(moved), 1e-30));
+    let own = (floor(place / texel) + 0.5) * texel;
+    let is_asked = (filtered > 0.0) & (rise > WALL_SLOPE_MIN * side);
+    // Without rounds where nothing can leak, rather than a branch, of which software adapters run both sides.
+    let rounds = select(0u, WALL_READS, is_asked);
+    var open = select(OPEN_WEIGHT, 0.0, is_asked);
+    for (var i = 0u; i < rounds; i++) {
+        // The texel in the middle first: nearly always it decides.
+        let turn = (i + 4u) % 9u;
+        let around = own + (vec2f(f32(turn % 3u), f32(turn / 3u)) - 1.0) * texel;
+        // Lit surfaces in a corner are themselves what the map shows up their slope; beside a leak two texels in a row
+        // are not.
+        let is_uphill = i >= 9u;
+        let ahead = foot.xy + uphill * select(1.0, 2.5, i > 9u);
+        let middle = (floor(ahead / texel) + 0.5) * texel;
+        let position = clamp(select(around, middle, is_uphill), -limit, limit);
+        let uv = tile.place.xy + position * vec2f(tile.place.z, -tile.place.z);
+        let depth = textureSampleLevel(shadow_depths, nearest_clamp, uv, 0.0).r;
+        let gap = depth - (foot.z + dot(point.gradient, position - foot.xy));
+        let covered = select(clamp((gap - bias) / ramp, 0.0, 1.0), 0.0, gap > reach);
+        // Those of four comparisons, each between four texels.
+        let weights = 0.5 * clamp(1.5 - abs(around - place) / texel, vec2f(0.0), vec2f(1.0));
+        let is_shown = abs(gap) < 0.5 * bias;
+        open += select(weights.x * weights.y * (1.0 - covered), select(0.0, UPHILL_WEIGHT, is_shown), is_uphill);
+        if open >= OPEN_WEIGHT {
+            break;
+        }
+    }
+    return clamp(2.0 * open / OPEN_WEIGHT - 1.0, 0.0, 1.0);
+}
+
+// The share of the light from a point that reaches a surface, by one tile.
+fn tile_visibility(tile: ShadowTile, position_world: vec3f, normal: vec3f, radius: f32) -> f32 {
+    let point = shadow_point(tile, position_world, normal, true);
+    let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
+    return filtered_visibility(tile, point, position_world, radius, true, texels);
+}
+
+// The share of parallel light that reaches a surface, by one tile. Walls are looked for before what is flat: folds of
+// bodies whose normals are smooth would count as walls.
+fn parallel_tile_visibility(
+    tile: ShadowTile,
+    position_world: vec3f,
+    normal: vec3f,
+    radius: f32,
+    is_flat: bool,
+) -> f32 {
+    let point = shadow_point(tile, position_world, normal, false);
+    let texels = 2.0 * tile.place.z * f32(textureDimensions(shadow_atlas).x);
+    let filtered = filtered_visibility(tile, point, position_world, radius, false, texels);
+    // Wider filters see past what covers 3 × 3 texels.
+    if (penumbrae == 1u) | (kernel_side > 2u) {
+        return filtered;
+    }
+    return filtered * light_without_leaks(tile, point, select(0.0, filtered, is_flat), texels);
+}
+
 // Which face of a cube around a light sees what lies away from it: +x, -x, +y, -y, +z, -z.
 fn cube_face(away: vec3f) -> u32 {
     let size = abs(away);
@@ -246,7 +339,7 @@ fn punctual_visibility(table_uv: vec2f, light_position: vec3f, position_world: v
     if tile.place.z <= 0.0 {
         return 1.0;
     }
-    return tile_visibility(tile, position_world, normal, shadow.z, true);
+    return tile_visibility(tile, position_world, normal, shadow.z);
 }
 
 // How far within a cascade, less its border, a place lies, as a share of half its side; none outside.
@@ -258,13 +351,13 @@ fn within_cascade(tile: ShadowTile, position_world: vec3f) -> f32 {
 }
 
 // The share of the directional light whose place in the table is `table_uv` that reaches a surface: by the first of its
-// cascades that shows it, and where that ends, more and more by the next.
-fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f) -> f32 {
+// cascades that shows it, and where that ends, more and more by the next. `is_flat`: see `Shading`.
+fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f, is_flat: bool) -> f32 {
     let shadow = light_part(table_uv, LIGHT_SHADOW);
     let count = u32(shadow.y);
     if one_cascade != 0u {
         let tile = shadow_tile(u32(shadow.x));
-        let visibility = tile_visibility(tile, position_world, normal, shadow.z, false);
+        let visibility = parallel_tile_visibility(tile, position_world, normal, shadow.z, is_flat);
         return select(1.0, visibility, (count > 0u) & (within_cascade(tile, position_world) > 0.0));
     }
     var visibility = 0.0;
@@ -278,7 +371,7 @@ fn directional_visibility(table_uv: vec2f, position_world: vec3f, normal: vec3f)
         // The last of them goes on to its edge, unless shadows end at a distance.
         let goes_on = (i + 1u == count) & (shadow.w == 0.0);
         let weight = left * select(min(within * 10.0, 1.0), 1.0, goes_on);
-        visibility += weight * tile_visibility(tile, position_world, normal, shadow.z, false);
+        visibility += weight * parallel_tile_visibility(tile, position_world, normal, shadow.z, is_flat);
         left -= weight;
         if left <= 0.0 {
             break;

@@ -10,6 +10,7 @@ import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::surface_at;
 import package::shaders::lit_distance::{facet_normal_at, lit_distance_at};
+import package::shaders::shading::FLAT_LIKENESS_MIN;
 import package::shaders::shaded_place::shading_at;
 import package::shaders::ambient::ambient_radiance_seen;
 import package::shaders::coarse_occlusion::seen_by_sample;
@@ -35,7 +36,10 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let position_world = position_world_from_pixel(position.xy, distance_m);
     var shading = shading_at(surface, position_world);
     if shadowed != 0u {
-        shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world, cluster_grid.contact.z > 0.0);
+        let leaves_out = cluster_grid.contact.z > 0.0;
+        let facet = facet_normal_at(pixel, distance_m, surface.normal_world, leaves_out);
+        shading.facet_normal = facet.xyz;
+        shading.is_flat = facet.w > FLAT_LIKENESS_MIN;
         shading.contact = contact_origin(position.xy, distance_m, shading.facet_normal);
     }
     let sums = light_sums(position.xy, distance_m, position_world, shading);

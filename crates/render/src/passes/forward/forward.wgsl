@@ -15,6 +15,7 @@ import package::shaders::mask::mask_coverage;
 import package::shaders::surface_material::surface_mip_bias;
 import package::shaders::surface_material::surface_sample;
 import package::shaders::shaded_place::shading_at;
+import package::shaders::shading::FLAT_LIKENESS_MIN;
 import package::shaders::shadows::shadowed;
 import package::constants::LIGHTS_PER_BATCH;
 import package::shaders::light_lists::{light_sums, object_light_sums};
@@ -165,6 +166,7 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
         var shading = shading_at(sample.surface, in.position_world);
         if shadowed != 0u {
             shading.facet_normal = select(-facet_normal, facet_normal, dot(facet_normal, shading.to_eye) >= 0.0);
+            shading.is_flat = dot(shading.facet_normal, shading.normal) > FLAT_LIKENESS_MIN;
         }
         @if(relief) {
             shading.relief = seen.shadows;

@@ -246,7 +246,7 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let alpha = roughness * roughness;
     let ray = reflected_ray(center, alpha, noise_at(position.xy));
     let direction = ray.direction;
-    let facet_world = facet_normal_at(pixel, -center.position.z, surface.normal_world, false);
+    let facet_world = facet_normal_at(pixel, -center.position.z, surface.normal_world, false).xyz;
     let facet_normal = (view.view_from_world * vec4f(facet_world, 0.0)).xyz;
     let hit = follow(center, direction, facet_normal);
     if !hit.is_hit || dot(direction, facet_normal) <= 0.0 {

@@ -8,6 +8,7 @@ import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::{surface_at, distance_at};
 import package::shaders::lit_distance::facet_normal_at;
+import package::shaders::shading::FLAT_LIKENESS_MIN;
 import package::shaders::shaded_place::shading_at;
 import package::shaders::lights::{counts_pairs, pair_counts};
 import package::shaders::shadows::shadowed;
@@ -33,7 +34,10 @@ fn fs_volumes(in: VolumeVarying) -> @location(0) vec4f {
     let position_world = position_world_from_pixel(in.position_clip.xy, distance_m);
     var shading = shading_at(surface, position_world);
     if shadowed != 0u {
-        shading.facet_normal = facet_normal_at(pixel, distance_m, surface.normal_world, cluster_grid.contact.z > 0.0);
+        let leaves_out = cluster_grid.contact.z > 0.0;
+        let facet = facet_normal_at(pixel, distance_m, surface.normal_world, leaves_out);
+        shading.facet_normal = facet.xyz;
+        shading.is_flat = facet.w > FLAT_LIKENESS_MIN;
         shading.contact = contact_origin(in.position_clip.xy, distance_m, shading.facet_normal);
     }
     let sums = single_light_sums(in.light, position_world, shading);
