@@ -143,6 +143,23 @@ pub fn hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Option<Strin
     is_inside.then(|| "it encloses its middle and is seen from inside; --orbit 30,28,auto shows it from outside".into())
 }
 
+/// What to say of points of a cloud that lie far from all others, where the camera is fitted to the rest.
+pub fn stray_hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Option<String> {
+    let is_fitted = match spec.place {
+        Place::Default => spec.turns || scene.placed_cameras().is_empty(),
+        Place::Automatic | Place::Orbit { radius_m: None, .. } => true,
+        _ => false,
+    };
+    let strays = framing.strays().filter(|_| is_fitted)?;
+    let corners = strays.bounds_world.corners();
+    let reach_m = corners.iter().map(|corner| corner.distance(framing.center_world())).fold(0.0, f32::max);
+    // A sphere fills a picture of 45° from 2.6 of its radii; the number is rounded for people.
+    let distance_m: f64 = format!("{:.1e}", 3.0 * reach_m).parse().unwrap_or_default();
+    let count = strays.count;
+    let found = format!("{count} of its points lie far from all others, and the camera is fitted to the rest");
+    Some(format!("{found}; --orbit 30,28,{distance_m} takes all of them in"))
+}
+
 /// What to say where nobody asks for a camera and the file's own shows hardly anything of the model, so that the automatic
 /// one is taken; none where it does, where it moves, and in a room, of which a camera sees a part.
 pub fn hides_model(spec: &CameraSpec, scene: &Scene, framing: &Framing, aspect: f32) -> Option<String> {

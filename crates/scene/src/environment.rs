@@ -154,23 +154,23 @@ impl EnvironmentMap {
             let Decoded { width: from_width, height: from_height, .. } = decoded;
             notes.push(format!("environment \"{name}\": {from_width}x{from_height} is made smaller, {width}x{height}"));
         }
-        let mut cut_count = 0u64;
+        let mut cut_count = decoded.rgb.iter().flatten().filter(|value| cut(**value).1).count();
+        // How many texels of the file lie in one that is kept.
+        let area = (decoded.width as f32 / width as f32) * (decoded.height as f32 / height as f32);
         let mut texels = Vec::with_capacity(width as usize * height as usize);
         let mut peaks = Vec::new();
         for y in 0..height {
             for x in 0..width {
                 let mut sum = [0.0f32; 3];
-                for row in y * factor..(y + 1) * factor {
-                    let first = (row * decoded.width + x * factor) as usize;
-                    for texel in &decoded.rgb[first..first + factor as usize] {
+                for (row, row_share) in covered(y, decoded.height, height) {
+                    for (column, column_share) in covered(x, decoded.width, width) {
+                        let texel = &decoded.rgb[(row * decoded.width + column) as usize];
                         for (sum, value) in sum.iter_mut().zip(texel) {
-                            let (value, is_cut) = cut(*value);
-                            cut_count += u64::from(is_cut);
-                            *sum += value;
+                            *sum += row_share * column_share * cut(*value).0;
                         }
                     }
                 }
-                let mean = Vec3::from(sum) / (factor * factor) as f32;
+                let mean = Vec3::from(sum) / area;
                 let kept = mean.min(Vec3::splat(RADIANCE_MAX));
                 if kept != mean && peaks.len() < PEAKS_MAX {
                     peaks.push((texels.len() as u32, mean - kept));
@@ -199,6 +199,17 @@ impl EnvironmentMap {
             notes,
         }
     }
+}
+
+/// The columns (or rows) of a picture, of which there are `from`, that one of `to` equal parts covers, each with the
+/// share of it that lies in the part. Together all parts have each column once.
+fn covered(part: u32, from: u32, to: u32) -> impl Iterator<Item = (u32, f32)> {
+    // In units of which a column has `to`, and a part `from`.
+    let (start, end) = (part * from, (part + 1) * from);
+    (start / to..end.div_ceil(to)).map(move |column| {
+        let inside = end.min((column + 1) * to) - start.max(column * to);
+        (column, inside as f32 / to as f32)
+    })
 }
 
 /// The unit direction of the middle of a texel of an equirectangular picture.
@@ -304,6 +315,28 @@ mod tests {
         assert_eq!((map.width, map.height), (4, 2));
         assert_eq!(floats(&map)[..4].iter().map(|texel| texel[0]).collect::<Vec<_>>(), [0.5, 2.5, 4.5, 6.5]);
         assert!(map.notes[0].contains("8x4 is made smaller, 4x2"), "{:?}", map.notes);
+    }
+
+    #[test]
+    fn every_column_and_row_counts_once_where_the_factor_leaves_a_remainder() {
+        // Thirds of 10 by 5: 3 by 1. Red is the column, green the row, blue 7 in the last column alone.
+        let texel = |i: u8| [f32::from(i % 10), f32::from(i / 10), if i % 10 == 9 { 7.0 } else { 0.0 }];
+        let map =
+            EnvironmentMap::from_decoded("a", &Decoded { width: 10, height: 5, rgb: (0..50).map(texel).collect() }, 4);
+        assert_eq!((map.width, map.height), (3, 1));
+        // A texel covers three columns and a third: (0 + 1 + 2 + 3 / 3) / (10 / 3).
+        let expected = [[1.2, 2.0, 0.0], [4.5, 2.0, 0.0], [7.8, 2.0, 2.1]];
+        for (found, expected) in floats(&map).iter().zip(expected) {
+            assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() <= 1e-3 * b), "{found:?} {expected:?}");
+        }
+        let mean: Vec3 = floats(&map).into_iter().map(Vec3::from).sum::<Vec3>() / 3.0;
+        assert!((mean - Vec3::new(4.5, 2.0, 0.7)).abs().max_element() < 5e-3, "{mean}");
+
+        // A column that lies in two texels is one value.
+        let mut rgb = vec![[1.0; 3]; 50];
+        rgb[3] = [1.0, f32::NAN, 1.0];
+        let map = EnvironmentMap::from_decoded("a", &Decoded { width: 10, height: 5, rgb }, 4);
+        assert!(map.notes[1].contains(": 1 values"), "{:?}", map.notes);
     }
 
     #[test]

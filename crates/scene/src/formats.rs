@@ -13,6 +13,7 @@ mod smooth;
 mod stl;
 mod text;
 mod threemf;
+mod two_sided;
 
 use crate::gltf_file::{
     self, LoadError, Loaded, MAX_FILE_BYTES, checked_relative_path, read_file, references::meant_paths,

@@ -2,7 +2,8 @@
 //!
 //! A [`Framing`] holds the vertices that a scene draws, in one pose or over a whole animation. Its [`Fit`] finds, for a
 //! camera of a given rotation, the one place from which they fill the picture; [`Framing::turning`] does so for a model
-//! that turns, so that one place does for every angle. What encloses its middle is seen from inside ([`Interior`]).
+//! that turns, so that one place does for every angle. What encloses its middle is seen from inside ([`Interior`]), and
+//! points of a cloud that lie far from all others are not framed ([`Strays`]).
 
 mod fit;
 mod furniture;
@@ -11,6 +12,7 @@ mod outer;
 mod panorama;
 mod points;
 mod shown;
+mod strays;
 #[cfg(test)]
 mod tests;
 mod vertices;
@@ -18,6 +20,7 @@ mod vertices;
 pub use fit::Fit;
 pub use interior::Interior;
 pub use shown::{LEAST_OF_MODEL, LEAST_OF_PICTURE, Shown};
+pub use strays::Strays;
 
 use crate::animation::{Animation, Property};
 use crate::capture::{Monitor, MonitorCamera};
@@ -54,15 +57,21 @@ pub struct Framing {
     /// Relative to the middle of the bounds.
     points: Points<3>,
     interior: Option<Interior>,
+    strays: Option<Strays>,
+}
+
+/// Whether a point is at a place, and not so far away that squares of distances are not finite.
+fn is_placed(point: &Vec3) -> bool {
+    point.abs().max_element() < 1e18
 }
 
 impl Framing {
     /// The vertices of everything that `scene` draws, as of its last [`Scene::update_transforms`]; above 10⁷ vertices,
-    /// the boxes around them. Where the scene has no camera, this finds out whether it is to be seen from inside. Takes
-    /// about 20 ms for a million of triangles.
+    /// the boxes around them. Where the scene has no camera, this finds out whether it is to be seen from inside, and
+    /// where it is a cloud of points, which are its [`Strays`]. Takes about 20 ms for a million of triangles.
     pub fn of_scene(scene: &Scene) -> Self {
         let interior = if scene.placed_cameras().is_empty() { Interior::find(scene) } else { None };
-        Self { interior, ..Self::of_points(vertices::posed(scene)) }
+        Self { interior, ..Self::of_drawn(vertices::posed(scene), &[scene]) }
     }
 
     /// The vertices of everything that several scenes draw, as [`Self::of_scene`]; from inside where the first is a
@@ -70,7 +79,8 @@ impl Framing {
     pub fn of_scenes(scenes: &[&Scene]) -> Self {
         let has_camera = scenes.iter().any(|scene| !scene.placed_cameras().is_empty());
         let interior = scenes.first().filter(|_| !has_camera).and_then(|scene| Interior::find(scene));
-        Self { interior, ..Self::of_points(scenes.iter().flat_map(|scene| vertices::posed(scene)).collect()) }
+        let points = scenes.iter().flat_map(|scene| vertices::posed(scene)).collect();
+        Self { interior, ..Self::of_drawn(points, scenes) }
     }
 
     /// The vertices of everything that `scene` draws while an animation plays, at 32 times from its first keyframe to
@@ -78,7 +88,8 @@ impl Framing {
     /// [`Self::of_scene`]. The scene is left as it was.
     pub fn of_animation(scene: &mut Scene, animation: usize) -> Self {
         let interior = if scene.placed_cameras().is_empty() { Interior::find(scene) } else { None };
-        Self { interior, ..Self::of_points(vertices::animated(scene, animation)) }
+        let points = vertices::animated(scene, animation);
+        Self { interior, ..Self::of_drawn(points, &[&*scene]) }
     }
 
     /// The same, of what encloses its middle also where it has cameras: for a camera that is none of them.
@@ -92,11 +103,20 @@ impl Framing {
         Self::of_points(if bounds_world.is_empty() { Vec::new() } else { bounds_world.corners().to_vec() })
     }
 
+    /// Of the points that scenes draw; of a cloud without its strays.
+    fn of_drawn(mut points: Vec<Vec3>, scenes: &[&Scene]) -> Self {
+        if !scenes.iter().all(|scene| strays::is_cloud(scene)) {
+            return Self::of_points(points);
+        }
+        points.retain(is_placed);
+        let strays = strays::leave_out(&mut points);
+        Self { strays, ..Self::of_points(points) }
+    }
+
     /// Of points in world space. Points that are not finite are passed over; where there are none, a cube of 2 m around
     /// the origin is framed.
     fn of_points(mut points: Vec<Vec3>) -> Self {
-        // Beyond that, squares of distances are not finite.
-        points.retain(|point| point.abs().max_element() < 1e18);
+        points.retain(is_placed);
         let bounds_world = Aabb::from_points(points.iter().copied());
         if points.is_empty() {
             points = Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE }.corners().to_vec();
@@ -108,7 +128,7 @@ impl Framing {
         let least_m = 1e-6 * center.length();
         let radius_m = Some(bounds_world.radius_m()).filter(|radius_m| *radius_m > least_m);
         let radius_m = radius_m.unwrap_or(1.0f32.max(100.0 * least_m));
-        Self { bounds_world, radius_m, points, interior: None }
+        Self { bounds_world, radius_m, points, interior: None, strays: None }
     }
 
     /// Places cameras before what is framed.
@@ -147,9 +167,18 @@ impl Framing {
         self.interior.as_ref()
     }
 
+    /// The points of a cloud that are drawn and not framed, because they lie far from all others; none elsewhere, and
+    /// where leaving them out would not make the box around all points less than half as large.
+    pub fn strays(&self) -> Option<&Strays> {
+        self.strays.as_ref()
+    }
+
     /// A far plane that cuts nothing, seen from `eye_world`.
     pub fn far_m(&self, eye_world: Vec3) -> f32 {
-        eye_world.distance(self.center_world()) + 2.0 * self.radius_m
+        let behind = |center: Vec3, radius_m: f32| eye_world.distance(center) + 2.0 * radius_m;
+        let strays =
+            self.strays.map_or(0.0, |strays| behind(strays.bounds_world.center(), strays.bounds_world.radius_m()));
+        behind(self.center_world(), self.radius_m).max(strays)
     }
 
     /// `world_from_view` and the projection of a camera of which nothing is known: inside what encloses its middle,

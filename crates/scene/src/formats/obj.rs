@@ -3,11 +3,13 @@
 //! An object (`o`) is a node, or a group (`g`) where the file has no objects. Vertices may have colours after their
 //! positions, as scanners write them.
 
+mod surface;
+
 use super::image_files::ImageFiles;
-use super::parts::{Parts, by_material, from_middle, linear, plain_material};
-use super::smooth::{Smoothed, Smoothing, smooth};
+use super::mtl;
+use super::parts::{Parts, from_middle, linear, plain_material};
+use super::smooth::Smoothing;
 use super::text::{self, Line, at_line};
-use super::{mtl, polygon};
 use crate::gltf_file::{LoadError, Loaded};
 use crate::tally::Tally;
 use crate::{Aabb, Primitive, Topology};
@@ -158,7 +160,7 @@ pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadEr
     let mut parts = Parts { warnings: std::mem::take(&mut file.warnings), ..Parts::default() };
     let materials = materials(&file, &mut parts, resolve);
     for part in &file.parts {
-        let mut primitives = triangles(&file, part, &materials, &mut parts.warnings)?;
+        let mut primitives = surface::primitives(&file, part, &materials, &mut parts)?;
         primitives.extend(others(&file, part, &materials)?);
         if !primitives.is_empty() {
             let node = parts.add(&part.name, primitives);
@@ -376,49 +378,6 @@ fn check(file: &File, corners: &[Corner], line: u32) -> Result<(), LoadError> {
     Ok(())
 }
 
-/// A corner whose normal has a direction, or that has none.
-fn with_direction(file: &File, [position, uv, normal]: Corner) -> Corner {
-    let has_direction = file.normals.get(normal as usize).is_some_and(|normal| *normal != [0.0; 3]);
-    [position, uv, if has_direction { normal } else { NONE }]
-}
-
-/// The primitives of a part's polygons.
-fn triangles(file: &File, part: &Part, materials: &[usize], warnings: &mut Tally) -> Result<Vec<Primitive>, LoadError> {
-    let position = |corner: &Corner| file.positions.get(corner[0] as usize).copied().unwrap_or_default();
-    let mut corners: Vec<Corner> = Vec::new();
-    let (mut smoothing, mut of_triangle) = (Vec::new(), Vec::new());
-    for (element, polygon) in elements(part).filter(|(element, _)| element.topology == Topology::Triangles) {
-        check(file, polygon, element.line)?;
-        let points: Vec<Vec3> = polygon.iter().map(|corner| position(corner).into()).collect();
-        let cut = polygon::triangles(&points);
-        if cut.is_guessed {
-            warnings.add(Line(element.line), polygon::GUESSED);
-        }
-        for triangle in cut.triangles {
-            corners.extend(triangle.iter().filter_map(|&i| polygon.get(i)).map(|corner| with_direction(file, *corner)));
-            smoothing.push(element.smoothing);
-            of_triangle.push(materials.get(element.material).copied().unwrap_or_default());
-        }
-    }
-    let has_all = |attribute: usize| corners.iter().all(|corner| corner.get(attribute) != Some(&NONE));
-    let smoothed = if has_all(2) { None } else { Some(smoothed(file, &corners, &smoothing)) };
-    let of_corner = |i: usize| corners.get(i).copied().unwrap_or_default();
-    // Normals of the file, and those that were made, are told apart by the last number.
-    let key = |i: usize| {
-        let corner = of_corner(i);
-        let made = || smoothed.as_ref().and_then(|smoothed| smoothed.indices.get(i).copied()).unwrap_or_default();
-        if corner[2] == NONE { (corner[0], corner[1], made(), true) } else { (corner[0], corner[1], corner[2], false) }
-    };
-    let has_uvs = corners.iter().any(|corner| corner[1] != NONE);
-    Ok(by_material(&of_triangle, key, |primitive, i| {
-        let (_, _, normal, is_made) = key(i);
-        let made = smoothed.as_ref().filter(|_| is_made).map(|smoothed| &smoothed.normals);
-        let normals = made.unwrap_or(&file.normals);
-        primitive.normals.push(normals.get(normal as usize).copied().unwrap_or([0.0, 1.0, 0.0]));
-        push_vertex(file, primitive, of_corner(i), has_uvs);
-    }))
-}
-
 /// Adds a vertex but for its normal.
 fn push_vertex(file: &File, primitive: &mut Primitive, [position, uv, _]: Corner, has_uvs: bool) {
     primitive.positions.push(file.positions.get(position as usize).copied().unwrap_or_default());
@@ -428,23 +387,6 @@ fn push_vertex(file: &File, primitive: &mut Primitive, [position, uv, _]: Corner
     if !file.colors.is_empty() {
         primitive.colors.push(file.colors.get(position as usize).copied().unwrap_or([1.0; 4]));
     }
-}
-
-/// Normals for a part in which some corners have none.
-fn smoothed(file: &File, corners: &[Corner], smoothing: &[Smoothing]) -> Smoothed {
-    let (mut positions, mut local, mut places) = (Vec::new(), HashMap::new(), HashMap::new());
-    let mut indices = Vec::with_capacity(corners.len());
-    for corner in corners {
-        indices.push(*local.entry(corner[0]).or_insert_with(|| {
-            let position = file.positions.get(corner[0] as usize).copied().unwrap_or_default();
-            // Some exporters write a vertex for every face.
-            *places.entry(position.map(|value| (value + 0.0).to_bits())).or_insert_with(|| {
-                positions.push(position);
-                positions.len() as u32 - 1
-            })
-        }));
-    }
-    smooth(&positions, &indices, |face| smoothing.get(face).copied().unwrap_or_default())
 }
 
 /// The primitives of a part's lines and points.

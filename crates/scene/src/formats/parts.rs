@@ -51,6 +51,13 @@ impl Parts {
         }
     }
 
+    /// The index of a material like the one at `index`, of whose surfaces the fronts alone are drawn.
+    pub(super) fn one_sided(&mut self, index: usize) -> usize {
+        let Some(material) = self.scene.materials.get(index) else { return index };
+        let material = Material { double_sided: false, ..material.clone() };
+        self.material(material)
+    }
+
     /// Adds a mesh; gives its index.
     pub(super) fn mesh(&mut self, name: &str, mut primitives: Vec<Primitive>) -> usize {
         for primitive in &mut primitives {

@@ -1,6 +1,6 @@
 use super::*;
 use crate::primitives::{cube, torus, uv_sphere};
-use crate::{Animation, Channel, Interpolation, Keyframes, Material, Mesh, Node, Primitive};
+use crate::{Animation, Channel, Interpolation, Keyframes, Material, Mesh, Node, Primitive, Topology};
 use glam::Vec2;
 
 const LENSES: [Vec2; 3] = [Vec2::new(0.7, 0.4), Vec2::new(0.2, 0.4), Vec2::splat(0.5)];
@@ -319,4 +319,50 @@ fn a_scene_with_a_camera_has_no_other() {
     scene.add_node(None, Node { camera: Some(0), ..Node::default() });
     scene.update_transforms();
     assert!(Framing::of_scene(&scene).interior().is_none());
+}
+
+/// Points that a scene draws as such.
+fn cloud(points: &[Vec3]) -> Primitive {
+    let positions = points.iter().map(|point| point.to_array()).collect();
+    let bounds = Aabb::from_points(points.iter().copied());
+    Primitive { topology: Topology::Points, positions, bounds, ..Primitive::default() }
+}
+
+#[test]
+fn strays_of_a_cloud_are_not_framed() {
+    let model = points(5000);
+    let bounds = Aabb::from_points(model.iter().copied());
+    let heap = |count: u16| (0..count).map(|i| Vec3::new(1000.0 + f32::from(i), 0.0, 0.0)).collect::<Vec<_>>();
+    let with = |strays: &[Vec3]| [&model[..], strays].concat();
+    let framing = Framing::of_scene(&scene_of(vec![cloud(&with(&heap(5)))]));
+    assert_eq!(
+        (*framing.bounds_world(), framing.automatic(1.5)),
+        (bounds, Framing::of_points(model.clone()).automatic(1.5))
+    );
+    let strays = *framing.strays().expect("strays");
+    assert_eq!((strays.count, strays.bounds_world.max.x), (5, 1004.0));
+    assert!(framing.far_m(Vec3::new(-100.0, 0.0, 0.0)) > 1104.0);
+    // More than a thousandth of the points, and points in a scene with surfaces, are no strays.
+    for primitives in [vec![cloud(&with(&heap(6)))], vec![cloud(&with(&heap(5))), cube(Vec3::ONE)]] {
+        let framing = Framing::of_scene(&scene_of(primitives));
+        assert!(framing.strays().is_none() && framing.bounds_world().max.x > 1003.0, "{:?}", framing.bounds_world());
+    }
+    let scenes = [scene_of(vec![cloud(&with(&heap(1)))]), scene_of(vec![cube(Vec3::ONE)])];
+    assert!(Framing::of_scenes(&[&scenes[0], &scenes[0]]).strays().is_some_and(|strays| strays.count == 2));
+    assert!(Framing::of_scenes(&[&scenes[0], &scenes[1]]).strays().is_none());
+}
+
+#[test]
+fn masts_of_a_clean_cloud_are_framed() {
+    let model = points(40_000);
+    let bounds = Aabb::from_points(model.iter().copied());
+    assert!(Framing::of_scene(&scene_of(vec![cloud(&model)])).strays().is_none());
+    let mast: Vec<Vec3> =
+        (1..=40u16).map(|i| bounds.center() + Vec3::new(0.0, 1.0 + 0.6 * f32::from(i), 0.0)).collect();
+    let whole = Aabb::from_points([&model[..], &mast[..]].concat());
+    assert!(whole.radius_m() > 2.0 * bounds.radius_m());
+    let framed = |points: &[Vec3]| *Framing::of_scene(&scene_of(vec![cloud(points)])).bounds_world();
+    assert_eq!(framed(&[&model[..], &mast[..]].concat()), whole);
+    // Its top alone is a stray.
+    assert_eq!(framed(&[&model[..], &mast[39..]].concat()), bounds);
 }

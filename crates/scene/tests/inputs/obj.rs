@@ -50,6 +50,74 @@ fn objects_are_nodes_and_materials_are_primitives() {
     assert_eq!(grouped.scene.nodes.iter().map(|node| &node.name).collect::<Vec<_>>(), ["x", "y"]);
 }
 
+/// A roof of two quads that are one surface.
+const ROOF: &str = "v 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 1\nv 1 2 0\nv 0 2 0\ns 1\n";
+
+#[test]
+fn backs_that_look_as_their_fronts_are_left_out_and_counted() {
+    let alone = load("a.obj", format!("{ROOF}f 1 2 3 4\nf 4 3 5 6\n").as_bytes()).unwrap();
+    let backs_of = [
+        // Of the same vertices, from another corner on.
+        "f 1 2 3 4\nf 3 2 1 4\nf 4 3 5 6\nf 5 3 4 6\n",
+        // Fronts first, then backs in another order.
+        "f 1 2 3 4\nf 4 3 5 6\nf 6 5 3 4\nf 4 3 2 1\n",
+        // Of vertices of their own.
+        "f 1 2 3 4\nf 4 3 5 6\nv 0 0 0\nv 1 0 0\nv 1 1 1\nv 0 1 1\nf -1 -2 -3 -4\nv 1 2 0\nv 0 2 0\nf -1 -2 -4 -3\n",
+    ];
+    for (faces, line) in backs_of.into_iter().zip([9, 10, 14]) {
+        let loaded = load("a.obj", format!("{ROOF}{faces}").as_bytes()).unwrap();
+        check(&loaded);
+        assert_eq!(primitives(&loaded), primitives(&alone), "{faces}");
+        let [warning] = &loaded.warnings[..] else { panic!("{:?}", loaded.warnings) };
+        assert!(warning.starts_with(&format!("line {line} (first of 2): a face repeats another one")), "{warning}");
+        assert!(loaded.scene.materials.iter().all(|material| material.double_sided));
+    }
+    assert!(alone.warnings.is_empty());
+}
+
+#[test]
+fn backs_that_look_otherwise_are_drawn_from_their_side_alone() {
+    let of_materials = format!("{ROOF}usemtl a\nf 1 2 3 4\nf 4 3 5 6\nusemtl b\nf 4 3 2 1\n");
+    let loaded = load("a.obj", of_materials.as_bytes()).unwrap();
+    check(&loaded);
+    assert!(loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    let looks: Vec<(String, bool, usize)> = primitives(&loaded)
+        .iter()
+        .map(|primitive| {
+            let material = &loaded.scene.materials[primitive.material.unwrap()];
+            (material.name.clone(), material.double_sided, primitive.indices.len())
+        })
+        .collect();
+    let expected =
+        [("a", true, 6_usize), ("a", false, 6), ("b", false, 6)].map(|(name, both, n)| (name.to_owned(), both, n));
+    assert_eq!(looks, expected);
+    // The back is smoothed by itself, and the front with the other side of the roof.
+    let back = glam::Vec3::new(0.0, 1.0, -1.0).normalize();
+    assert!(primitives(&loaded)[2].normals.iter().all(|normal| back.abs_diff_eq((*normal).into(), 1e-6)));
+    assert!(primitives(&loaded)[1].normals.iter().any(|normal| glam::Vec3::Z.abs_diff_eq((*normal).into(), 1e-6)));
+
+    // Other coordinates on the texture, other colours.
+    let uvs = format!("{SQUARE}f 1/1 2/2 3/1\nf 3/2 2/2 1/1\n");
+    let colors =
+        "v 0 0 0 1 0 0\nv 1 0 0 1 0 0\nv 0 1 0 1 0 0\nv 0 0 0 0 0 1\nv 1 0 0 0 0 1\nv 0 1 0 0 0 1\nf 1 2 3\nf 6 5 4\n";
+    for text in [uvs.as_str(), colors] {
+        let loaded = load("a.obj", text.as_bytes()).unwrap();
+        check(&loaded);
+        let [both] = primitives(&loaded)[..] else { panic!("{text}") };
+        assert!(!loaded.scene.materials[both.material.unwrap()].double_sided && loaded.warnings.is_empty(), "{text}");
+        assert_eq!(both.normals, [[[0.0, 0.0, 1.0]; 3], [[0.0, 0.0, -1.0]; 3]].concat(), "{text}");
+    }
+}
+
+#[test]
+fn backs_with_normals_of_the_file_stay() {
+    let text = format!("{SQUARE}vn 0 0 -1\nf 1//1 2//1 3//1\nf 3//2 2//2 1//2\n");
+    let loaded = load("a.obj", text.as_bytes()).unwrap();
+    check(&loaded);
+    assert!(primitives(&loaded)[0].indices.len() == 6 && loaded.warnings.is_empty(), "{:?}", loaded.warnings);
+    assert!(loaded.scene.materials[0].double_sided);
+}
+
 #[test]
 fn colours_of_vertices_lines_and_points_are_read() {
     let text = "v 0 0 0 1 0 0.5\nv 1 0 0\nv 0 1 0 0 0 0\nl 1 2 3\np 1 2\nf 1 2 3\n";
