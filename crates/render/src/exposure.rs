@@ -13,7 +13,7 @@ mod adaptation;
 mod anchor;
 mod settings;
 
-pub(crate) use anchor::{Anchor, color_excess_stops};
+pub(crate) use anchor::{Anchor, HIGHLIGHT_SHARES, color_excess_stops, highlight_excess_stops};
 
 pub use adaptation::{Adaptation, MeteringPattern};
 pub use settings::ExposureSettings;

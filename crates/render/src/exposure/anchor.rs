@@ -10,10 +10,14 @@
 //! - Rooms: where less than a tenth of the picture shows the environment, more of d remains; where nothing shows it,
 //!   all.
 //! - Lamps at night: x is then below −4, and surfaces that outshine the environment have a d below −2. More of d
-//!   remains, and all of it from x = −8 and d = −4 on. By day lamps darken nothing.
+//!   remains, and all of it from x = −8 and d = −4 on. By day lamps count as other surfaces and as highlights do.
 //! - Saturated colours: the tone curve makes them pale where their largest component passes white. A pixel asks for
 //!   as many stops less as its largest component exceeds 1 by, but for no more than it exceeds the pixel's luminance
 //!   by, less half a stop: what is nearly grey asks for none. The mean over the surfaces is taken off, down to A − 1.
+//! - Highlights: where more than 3 % of the surfaces would be above white, the exposure is lower. Each pixel of the band
+//!   that follows, from the brightest 3 % to the brightest 6 % of the surfaces, asks for as many stops less as its
+//!   luminance exceeds 1 by, 1.5 at most. The mean over the band is taken off. In rooms, and for lamps at night, less
+//!   of it is, by the share that the environment counts by.
 
 use super::{MID_GREY, picture_level_stops};
 use glam::Vec3;
@@ -32,6 +36,13 @@ const LAMP_STOPS: [f64; 2] = [-2.0, -4.0];
 
 /// The largest component of a pale colour exceeds its luminance by so many stops at most.
 const PALE_STOPS: f64 = 0.5;
+
+/// The shares of the surfaces, from the brightest on, between which highlights lower the exposure: sparks and small lamps
+/// take up less than the first. A band and not one place, so that a highlight that grows slowly moves it slowly.
+pub(crate) const HIGHLIGHT_SHARES: [f64; 2] = [0.03, 0.06];
+
+/// A pixel that is brighter than white asks for so many stops less at most.
+const HIGHLIGHT_STOPS_MAX: f64 = 1.5;
 
 /// Saturated colours lower the exposure to so many stops from that of the environment.
 const COLOR_STOPS_MIN: f64 = -1.0;
@@ -73,11 +84,21 @@ impl Anchor {
         seen * (1.0 - smooth(NIGHT_STOPS, self.level_stops) * smooth(LAMP_STOPS, difference))
     }
 
+    /// How many stops more surfaces ask for that ask for `stops`, if any light is seen of them.
+    fn difference(self, stops: Option<f64>) -> f64 {
+        stops.map_or(0.0, |stops| stops - self.stops())
+    }
+
     /// The exposure with surfaces that ask for `stops`, if any light is seen of them, before their colours count.
     pub fn moved(self, stops: Option<f64>, surface_share: f64) -> f64 {
-        let difference = stops.map_or(0.0, |stops| stops - self.stops());
+        let difference = self.difference(stops);
         let least = difference / (1.0 + 2.0 * difference.abs());
         self.stops() + difference + (least - difference) * self.share(difference, surface_share)
+    }
+
+    /// The share of the stops that highlights ask for by which surfaces are darkened that ask for `stops`.
+    pub fn highlight_share(self, stops: Option<f64>, surface_share: f64) -> f64 {
+        self.share(self.difference(stops), surface_share)
     }
 
     /// An exposure with the mean of [`color_excess_stops`] taken off.
@@ -89,6 +110,12 @@ impl Anchor {
 /// The stops less that a pixel of this luminance and largest component asks for, where white is 1.
 pub(crate) fn color_excess_stops(luminance: f64, largest: f64) -> f64 {
     if luminance > 0.0 { ((largest / luminance).log2() - PALE_STOPS).min(largest.log2()).max(0.0) } else { 0.0 }
+}
+
+/// The stops less that a pixel of this luminance asks for, where white is 1.
+pub(crate) fn highlight_excess_stops(luminance: f64) -> f64 {
+    // Of nothing the logarithm is below all others.
+    luminance.log2().clamp(0.0, HIGHLIGHT_STOPS_MAX)
 }
 
 #[cfg(test)]
@@ -159,5 +186,17 @@ mod tests {
         assert!((anchor.lowered(-0.2, 0.5) + 0.7).abs() < 1e-9);
         assert!((anchor.lowered(-0.2, 3.0) + 1.0).abs() < 1e-9);
         assert!((anchor.lowered(-1.5, 3.0) + 1.5).abs() < 1e-9, "what is lower stays");
+    }
+
+    #[test]
+    fn highlights_ask_for_what_they_exceed_white_by() {
+        let excess = [0.0, 0.18, 1.0, 1e9, f64::INFINITY].map(highlight_excess_stops);
+        assert_eq!(excess, [0.0, 0.0, 0.0, 1.5, 1.5]);
+        assert!((highlight_excess_stops(2.0) - 1.0).abs() < 1e-9);
+        // Day counts, rooms and lamps at night do not.
+        assert_eq!(at(1.0).highlight_share(Some(-6.0), 0.4), 1.0);
+        assert_eq!(at(1.0).highlight_share(Some(-1.0), 1.0), 0.0);
+        assert_eq!(at(-12.0).highlight_share(Some(-3.0), 0.4), 0.0);
+        assert_eq!(at(-12.0).highlight_share(None, 0.4), 1.0);
     }
 }

@@ -3,7 +3,10 @@
 use super::{Purpose, Renderer};
 use crate::constants::RADIANCE_MAX;
 use crate::environment::{Background, Environment};
-use crate::exposure::{Anchor, Exposure, ExposureSettings, Metering, MeteringPattern, color_excess_stops};
+use crate::exposure::{
+    Anchor, Exposure, ExposureSettings, HIGHLIGHT_SHARES, Metering, MeteringPattern, color_excess_stops,
+    highlight_excess_stops,
+};
 use crate::ground::Ground;
 use crate::request::{FrameRequest, RenderError};
 use crate::settings::Switch;
@@ -137,7 +140,27 @@ impl Reading {
             coverage * color_excess_stops(luminance * scale, largest * scale)
         };
         let excess = self.pixels.iter().map(excess_of).sum::<f64>() / self.covered().max(1e-9);
-        Metering { stops: anchor.lowered(stops, excess) as f32, ..metering }
+        let stops = anchor.lowered(stops, excess);
+        let highlights = anchor.highlight_share(surfaces, metering.surface_share) * self.highlight_stops(stops);
+        Metering { stops: (stops - highlights) as f32, ..metering }
+    }
+
+    /// The stops less that highlights ask for at an exposure: the mean over the band of [`HIGHLIGHT_SHARES`].
+    fn highlight_stops(&self, stops: f64) -> f64 {
+        let scale = (stops - f64::from(self.pre_exposure_stops)).exp2();
+        let mut brightest: Vec<[f64; 2]> =
+            self.pixels.iter().map(|pixel| [pixel[1], pixel[0]]).filter(|[_, coverage]| *coverage > 0.0).collect();
+        brightest.sort_unstable_by(|a, b| b[0].total_cmp(&a[0]));
+        let [from, to] = HIGHLIGHT_SHARES.map(|share| share * self.covered());
+        let (mut end, mut sum) = (0.0, 0.0);
+        for [luminance, coverage] in brightest {
+            let begin = end;
+            end += coverage;
+            // What of the pixel lies in the band.
+            let counts = (f64::min(end, to) - f64::max(begin, from)).max(0.0);
+            sum += counts * highlight_excess_stops(luminance * scale);
+        }
+        sum / (to - from).max(1e-9)
     }
 }
 
@@ -349,13 +372,47 @@ mod tests {
         for pre_exposure_stops in [0, -6] {
             let red = stops_of(1.5, 0.0, 0.0, pre_exposure_stops);
             assert!((red + 1.5f64.log2()).abs() < 1e-6, "{red}: 1.5 comes to 1");
-            assert!((stops_of(40.0, 0.0, 0.0, pre_exposure_stops) + 1.0).abs() < 1e-6, "a stop at most");
-            // Log2(1.5 / 0.18) = 3.0589; the curve leaves 1.2190, and of the 1.8399 stops less 0.3931 remain.
+            assert!((stops_of(4.0, 0.0, 0.0, pre_exposure_stops) + 1.0).abs() < 1e-6, "a stop at most");
+            let highlight = stops_of(40.0, 0.0, 0.0, pre_exposure_stops);
+            assert!((highlight + 2.5).abs() < 1e-6, "{highlight}: and 1.5 for what is white");
+            // Log2(1.5 / 0.18) = 3.0589; the curve leaves 1.2190, and of the 1.8399 stops less 0.3931 remain. White is
+            // exceeded by the other 0.1919 of log2(1.5).
             let grey = stops_of(1.5, 1.5, 1.5, pre_exposure_stops);
-            assert!((grey + 0.3931).abs() < 1e-3, "{grey}");
+            assert!((grey + 0.3931 + 0.1919).abs() < 1e-3, "{grey}: 1.5 comes to 1");
+            let pale = stops_of(1.3, 1.3, 1.3, pre_exposure_stops);
+            // Log2(1.3 / 0.18) = 2.8524; the curve leaves 1.2017, of the 1.6507 stops less 0.3837 remain: 0.9964.
+            assert!((pale + 0.3837).abs() < 1e-3, "{pale}");
         }
         let unseen = Reading::new(&[0.0; 8], 0).metering(anchor, |_| 1.0);
         assert_eq!((unseen.log_average_luminance, unseen.stops), (None, 0.0));
+    }
+
+    #[test]
+    fn highlights_lower_the_exposure_from_three_hundredths_of_the_surfaces_on() {
+        // In a mean of 0.5 the environment's exposure is 0, and surfaces at mid grey leave it so. Half of the picture
+        // shows it.
+        let anchor = Anchor::new(glam::Vec3::splat(0.5), 1.0);
+        let reading_of = |highlights: usize, value: f32, pre_exposure_stops: i32| {
+            let scale = (pre_exposure_stops as f32).exp2();
+            let value_of = |index: usize| scale * if index < highlights { value } else { 0.18 };
+            let surface = (0..1000).flat_map(|index| [value_of(index), value_of(index), value_of(index), 1.0]);
+            Reading::new(&surface.chain([0.0; 4000]).collect::<Vec<f32>>(), pre_exposure_stops)
+        };
+        for pre_exposure_stops in [0, -6] {
+            let highlight_stops = |count, value| reading_of(count, value, pre_exposure_stops).highlight_stops(0.0);
+            assert_eq!([highlight_stops(30, 40.0), highlight_stops(1000, 0.99)], [0.0; 2]);
+            // 45 of 1000 are half of the band.
+            assert!((highlight_stops(45, 2.0) - 0.5).abs() < 1e-6);
+            assert!((highlight_stops(60, 2.0) - 1.0).abs() < 1e-6);
+            assert!((highlight_stops(900, 2.0) - 1.0).abs() < 1e-6, "it is where white ends");
+            assert!((highlight_stops(900, 400.0) - 1.5).abs() < 1e-6, "1.5 stops at most");
+            let stops_of =
+                |count, value| f64::from(reading_of(count, value, pre_exposure_stops).metering(anchor, |_| 1.0).stops);
+            let [none, few, many] = [stops_of(0, 4.0), stops_of(30, 4.0), stops_of(100, 4.0)];
+            // All of these are within half a stop of mid grey on the average.
+            assert!(none.abs() < 1e-6 && few.abs() < 1e-6, "{none} {few}");
+            assert!((many + 1.5).abs() < 1e-6, "{many}");
+        }
     }
 
     #[test]
