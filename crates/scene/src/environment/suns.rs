@@ -5,6 +5,7 @@ use glam::{DVec3, Vec3};
 use half::f16;
 use half::slice::HalfFloatSliceExt;
 use std::collections::HashSet;
+use std::ops::Range;
 
 /// So many strong small sources are found at most.
 pub const SUNS_MAX: usize = 4;
@@ -20,6 +21,17 @@ const SUN_SHARE_MIN: f32 = 0.01;
 /// A single source is the sun, and becomes a light with shadows, if it gives a plane that faces it at least so large a
 /// share of what that gets of all.
 const LIGHT_SHARE_MIN: f32 = 0.2;
+
+/// How far a broad source reaches from its middle, and up to where its surroundings lie, as cosines.
+const BROAD_COS: f32 = 0.939_69; // 20°
+const BROAD_SURROUNDINGS_COS: f32 = 0.866_03; // 30°
+
+/// A broad source gives a plane that faces it at least so large a share of what that gets of all: less makes no shadow
+/// that is seen.
+const BROAD_SHARE_MIN: f32 = 0.1;
+
+/// So many times the middle of a broad source is looked for again: noisy clouds are within 0.2° of theirs then.
+const BROAD_STEPS: usize = 6;
 
 /// A strong small source.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -101,6 +113,30 @@ impl EnvironmentMap {
     }
 }
 
+impl EnvironmentMap {
+    /// The broad source from which most light of a picture comes, if there is one, up to 20° from its middle: a sun behind
+    /// clouds, a window, a soft box. It stays in the picture; what stands on the ground takes it from there. None where
+    /// light comes evenly, where a sun is [`Self::light`], and where the file brings its own reflections or irradiance.
+    pub fn broad_source(&self) -> Option<EnvironmentLight> {
+        if self.light.is_some() || self.prefiltered.is_some() || self.irradiance.is_some() {
+            return None;
+        }
+        let mut cells = cells(self);
+        // Small sources are no part of what is blurred.
+        take_suns(&mut cells);
+        let brightest = cells.iter().max_by(|a, b| luminance(a.radiance).total_cmp(&luminance(b.radiance)))?;
+        let mut source = broad_about(&cells, brightest.direction);
+        for _ in 0..BROAD_STEPS {
+            source = broad_about(&cells, source.direction);
+        }
+        let facing =
+            |cell: &Cell| luminance(cell.radiance) * cell.solid_angle * cell.direction.dot(source.direction).max(0.0);
+        let all: f32 = cells.iter().map(facing).sum();
+        let own = luminance(source.irradiance);
+        (own > 0.0 && own >= BROAD_SHARE_MIN * all).then_some(source)
+    }
+}
+
 /// A part of all directions: where, how large, and its mean radiance.
 #[derive(Clone, Copy, Debug)]
 struct Cell {
@@ -161,6 +197,32 @@ fn middle_of(cells: &[Cell], brightest: &Cell) -> Vec3 {
     sum.normalize_or(brightest.direction)
 }
 
+/// The mean radiance of what lies between two angles from a direction, as cosines; none if nothing does.
+fn mean_between(cells: &[Cell], middle: Vec3, cosines: Range<f32>) -> Option<Vec3> {
+    let between = cells.iter().filter(|cell| cosines.contains(&cell.direction.dot(middle)));
+    let (sum, weight) = between.fold((Vec3::ZERO, 0.0), |(sum, weight), cell| {
+        (sum + cell.radiance * cell.solid_angle, weight + cell.solid_angle)
+    });
+    (weight > 0.0).then(|| sum / weight)
+}
+
+/// What is brighter within 20° of a direction than its surroundings, as a light from the middle of that.
+fn broad_about(cells: &[Cell], middle: Vec3) -> EnvironmentLight {
+    let surroundings = mean_between(cells, middle, BROAD_SURROUNDINGS_COS..BROAD_COS).unwrap_or_default();
+    let (mut irradiance, mut light, mut directions, mut squares) = (Vec3::ZERO, 0.0f32, Vec3::ZERO, 0.0f32);
+    for cell in cells.iter().filter(|cell| cell.direction.dot(middle) >= BROAD_COS) {
+        let beyond = (cell.radiance - surroundings).max(Vec3::ZERO) * cell.solid_angle;
+        let share = luminance(beyond);
+        irradiance += beyond;
+        light += share;
+        directions += cell.direction * share;
+        squares += cell.direction.distance_squared(middle) * share;
+    }
+    // Of an even disc the mean square of the distance from its middle is half the square of its radius.
+    let half_angle_tan = (2.0 * squares / light.max(f32::MIN_POSITIVE)).sqrt();
+    EnvironmentLight { direction: directions.normalize_or(middle), irradiance, half_angle_tan }
+}
+
 /// Takes the strongest small sources out of `cells`.
 fn take_suns(cells: &mut [Cell]) -> Suns {
     let all: f32 = cells.iter().map(|cell| luminance(cell.radiance) * cell.solid_angle).sum();
@@ -168,14 +230,7 @@ fn take_suns(cells: &mut [Cell]) -> Suns {
     for found in &mut suns {
         let brightest = cells.iter().max_by(|a, b| luminance(a.radiance).total_cmp(&luminance(b.radiance)));
         let Some(middle) = brightest.map(|cell| middle_of(cells, cell)) else { break };
-        let around = cells.iter().filter(|cell| (SURROUNDINGS_COS..SUN_COS).contains(&cell.direction.dot(middle)));
-        let (sum, weight) = around.fold((Vec3::ZERO, 0.0), |(sum, weight), cell| {
-            (sum + cell.radiance * cell.solid_angle, weight + cell.solid_angle)
-        });
-        if weight == 0.0 {
-            break;
-        }
-        let surroundings = sum / weight;
+        let Some(surroundings) = mean_between(cells, middle, SURROUNDINGS_COS..SUN_COS) else { break };
         let (mut irradiance, mut light, mut offset, mut squares) = (Vec3::ZERO, 0.0, Vec3::ZERO, 0.0);
         for cell in cells.iter_mut().filter(|cell| cell.direction.dot(middle) > SUN_COS) {
             let beyond = (cell.radiance - surroundings).max(Vec3::ZERO) * cell.solid_angle;
@@ -282,5 +337,32 @@ mod tests {
         for map in [with(200.0, 0.0), with(20_000.0, 20_000.0), with(0.5, 0.5)] {
             assert_eq!(map.clone().with_sun_as_light(), map);
         }
+    }
+    #[test]
+    fn a_sun_behind_clouds_is_a_broad_source() {
+        let to_sun = Vec3::new(0.5, 0.6, 0.6).normalize();
+        let sky = |to: Vec3| if to.y > 0.0 { 0.6 } else { 0.15 };
+        let cloudy = |peak: f32, width_deg: f32| {
+            EnvironmentMap::from_fn("cloudy", 256, 128, |to| {
+                let from_sun = to.dot(to_sun).clamp(-1.0, 1.0).acos().to_degrees() / width_deg;
+                Vec3::splat(sky(to) + peak * (-from_sun * from_sun).exp())
+            })
+        };
+        // Of a bell curve the mean square of the distance is the square of its width: √2 times that of the disc.
+        let (map, width_deg) = (cloudy(30.0, 8.0), 8.0f32);
+        assert_eq!(map.clone().with_sun_as_light().light, None, "it is no small source");
+        let source = map.broad_source().expect("a broad source");
+        assert!(source.direction.dot(to_sun) > 0.999_9, "{}", source.direction);
+        let half_angle_deg = source.half_angle_tan.atan().to_degrees();
+        assert!((half_angle_deg / (2.0f32.sqrt() * width_deg) - 1.0).abs() < 0.06, "{half_angle_deg}");
+        // Within small angles the integral of the curve is π times the square of its width in radians.
+        let expected = 30.0 * std::f32::consts::PI * width_deg.to_radians().powi(2);
+        assert!((source.irradiance.x / expected - 1.0).abs() < 0.05, "{} of {expected}", source.irradiance.x);
+        let share = luminance(source.irradiance) / irradiance(&map, to_sun);
+        assert!((0.4..0.6).contains(&share), "{share}");
+        assert_eq!([cloudy(0.0, 8.0), cloudy(0.5, 25.0)].map(|map| map.broad_source()), [None; 2]);
+        // A sun that is a light of its own needs none.
+        let light = Some(EnvironmentLight { direction: Vec3::Y, irradiance: Vec3::ONE, half_angle_tan: 0.0 });
+        assert_eq!(EnvironmentMap { light, ..map }.broad_source(), None);
     }
 }
