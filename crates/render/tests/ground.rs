@@ -8,7 +8,9 @@ use common::renderer;
 use glam::{Mat4, Quat, Vec2, Vec3};
 use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Ground, Path, Renderer, Tonemap, View};
 use manypass_scene::framing::{Framing, orbit_rotation};
-use manypass_scene::{Light, LightKind, Mapped, Material, Mesh, Node, Primitive, Projection, Scene, primitives};
+use manypass_scene::{
+    EnvironmentMap, Light, LightKind, Mapped, Material, Mesh, Node, Primitive, Projection, Scene, primitives,
+};
 use std::f32::consts::{FRAC_PI_2, TAU};
 
 const SIZE: u32 = 96;
@@ -106,6 +108,36 @@ fn the_shadow_of_a_directional_light_lies_where_it_falls() {
     }
     let apart = pictures[0].iter().zip(&pictures[1]).filter(|(a, b)| a.abs_diff(**b) > 2).count();
     assert!(apart < pictures[0].len() / 500, "{apart}");
+}
+
+#[test]
+fn a_broad_source_of_a_picture_casts_a_shadow_and_is_counted_once() {
+    // A sun behind clouds on the left, 45° above: of the light on the ground about two fifths.
+    let to_sun = Vec3::new(-1.0, 1.0, 0.0).normalize();
+    let under = |peak: f32| {
+        let map = EnvironmentMap::from_fn("cloudy", 256, 128, |to| {
+            let from_sun = to.dot(to_sun).clamp(-1.0, 1.0).acos().to_degrees() / 8.0;
+            Vec3::splat(0.6 + peak * (-from_sun * from_sun).exp())
+        });
+        Scene { environment: Some(map.into()), ..scene(2.0) }
+    };
+    let of = |ground| request(FRAC_PI_2, ground).with(|settings| settings.environment.source = Environment::File);
+    let mut renderer = renderer();
+    let places = [(2.0, 0.0), (-2.0, 0.0)];
+    let mut alphas = |scene: &Scene, request: &FrameRequest| {
+        at(&mut renderer, scene, request, &places).iter().map(|[_, alpha]| *alpha).collect::<Vec<f32>>()
+    };
+    // What is left there is 0.59 of light from everywhere, less what the sphere covers of it.
+    let [shadow, lit] = alphas(&under(30.0), &of(Ground::Shadow))[..] else { panic!("two places") };
+    assert!(shadow > 0.4 && lit < 0.15, "{shadow} {lit}");
+    let open = of(Ground::Shadow).with(|settings| settings.shadows.enabled = false);
+    for found in [alphas(&under(30.0), &open), alphas(&under(0.0), &of(Ground::Shadow))] {
+        assert!(found.iter().all(|alpha| *alpha < 0.2), "{found:?}");
+    }
+    // Beside the shadow a white floor has all of it: 0.6, and 30 π (8°)² cos 45° / π.
+    let expected = 0.6 + 30.0 * 8.0f32.to_radians().powi(2) * std::f32::consts::FRAC_1_SQRT_2;
+    let found = at(&mut renderer, &under(30.0), &of(Ground::Color([1.0; 3])), &[(0.0, 3.0)])[0];
+    assert!((0.88..1.05).contains(&(found[0] / expected)), "{found:?}, not {expected}");
 }
 
 #[test]

@@ -1,10 +1,10 @@
 //! Pictures of the environment that are computed, and come from no file. They are kept while the settings that they are
 //! made of stay.
 
-use super::mean::MeanRadiances;
+use super::mean::OfMaps;
 use super::{Environment, EnvironmentSettings};
 use glam::Vec3;
-use manypass_scene::{EnvironmentMap, Sky};
+use manypass_scene::{EnvironmentLight, EnvironmentMap, Sky};
 use std::sync::Arc;
 
 impl EnvironmentSettings {
@@ -16,11 +16,12 @@ impl EnvironmentSettings {
     }
 }
 
-/// Skies that were computed, and how bright maps are.
+/// Skies that were computed, how bright maps are, and where most of their light comes from.
 #[derive(Debug, Default)]
 pub(crate) struct ComputedEnvironments {
     skies: Vec<(Sky, Arc<EnvironmentMap>)>,
-    means: MeanRadiances,
+    means: OfMaps<Vec3>,
+    broad_sources: OfMaps<Option<EnvironmentLight>>,
 }
 
 impl ComputedEnvironments {
@@ -46,7 +47,12 @@ impl ComputedEnvironments {
 
     /// The mean radiance of a map over all directions, whether it is one of these or a file's.
     pub fn mean_radiance(&mut self, map: &Arc<EnvironmentMap>) -> Vec3 {
-        self.means.of(map)
+        self.means.of(map, EnvironmentMap::mean_radiance)
+    }
+
+    /// The broad source of a map, if it has one ([`EnvironmentMap::broad_source`]).
+    pub fn broad_source(&mut self, map: &Arc<EnvironmentMap>) -> Option<EnvironmentLight> {
+        self.broad_sources.of(map, EnvironmentMap::broad_source)
     }
 
     /// All of them.

@@ -1,43 +1,39 @@
-//! How bright pictures of the environment are on the average: computed once a map, because all texels of one of 4096 by
-//! 2048 take longer than the small frame that is metered.
+//! What is found in all texels of a picture of the environment, how bright it is on the average for example: computed
+//! once a map, because those of one of 4096 by 2048 take longer than the small frame that is metered.
 
-use glam::Vec3;
 use manypass_scene::EnvironmentMap;
 use std::sync::{Arc, Weak};
 
-/// The mean radiance of the maps that are still held elsewhere.
+/// A value of each of the maps that are still held elsewhere.
 #[derive(Debug, Default)]
-pub(super) struct MeanRadiances(Vec<(Weak<EnvironmentMap>, Vec3)>);
+pub(super) struct OfMaps<T>(Vec<(Weak<EnvironmentMap>, T)>);
 
-impl MeanRadiances {
-    /// That of `map` over all directions ([`EnvironmentMap::mean_radiance`]).
-    pub fn of(&mut self, map: &Arc<EnvironmentMap>) -> Vec3 {
-        self.of_by(map, EnvironmentMap::mean_radiance)
-    }
-
-    fn of_by(&mut self, map: &Arc<EnvironmentMap>, mean: impl FnOnce(&EnvironmentMap) -> Vec3) -> Vec3 {
+impl<T: Copy> OfMaps<T> {
+    /// That of `map`, which `compute` finds if it is not known.
+    pub fn of(&mut self, map: &Arc<EnvironmentMap>, compute: impl FnOnce(&EnvironmentMap) -> T) -> T {
         self.0.retain(|(known, _)| known.strong_count() > 0);
         // No other map has its place, nor does it change, while there is a weak reference to it.
-        if let Some((_, mean)) = self.0.iter().find(|(known, _)| std::ptr::eq(known.as_ptr(), Arc::as_ptr(map))) {
-            return *mean;
+        if let Some((_, value)) = self.0.iter().find(|(known, _)| std::ptr::eq(known.as_ptr(), Arc::as_ptr(map))) {
+            return *value;
         }
-        let mean = mean(map);
-        self.0.push((Arc::downgrade(map), mean));
-        mean
+        let value = compute(map);
+        self.0.push((Arc::downgrade(map), value));
+        value
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use glam::Vec3;
 
     #[test]
     fn the_mean_is_computed_once_a_map() {
         let of_radiance = |radiance: f32| Arc::new(EnvironmentMap::from_fn("a", 8, 4, |_| Vec3::splat(radiance)));
-        let mut means = MeanRadiances::default();
+        let mut means = OfMaps::<Vec3>::default();
         let mut count = 0;
         let mut mean_of = |map: &Arc<EnvironmentMap>| {
-            let mean = means.of_by(map, |map| {
+            let mean = means.of(map, |map| {
                 count += 1;
                 map.mean_radiance()
             });

@@ -2,8 +2,8 @@
 //!
 //! What the scene takes from it of light is a map of the plane, drawn when the scene or the light has changed and not
 //! in every frame (`passes/ground`). It has two causes: the parallel light that stands before the others (that of the
-//! environment, else the first of the scene), past what casts shadows; and light from everywhere, past what hangs over
-//! the plane. Lights at a place do not reach it.
+//! environment, else the first of the scene, else the broad source of a picture), past what casts shadows; and light
+//! from everywhere, past what hangs over the plane. Lights at a place do not reach it.
 
 mod map;
 mod settings;
@@ -12,12 +12,14 @@ use map::EDGE_BAND;
 pub(crate) use map::{GroundMap, ParallelLight, side_texels};
 pub use settings::GroundSettings;
 
+use crate::colour::finite_product;
 use crate::environment::{Background, Environment};
 use crate::lights::LightTable;
+use crate::request::FrameRequest;
 use crate::view::View;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
-use manypass_scene::{Aabb, LightKind, Projection};
+use manypass_scene::{Aabb, EnvironmentLight, LightKind, Projection};
 
 /// What is under the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -65,7 +67,7 @@ pub(crate) struct GroundUniform {
     place: Vec4,
     /// Albedo; 1 if it is a surface, 0 if it is seen by its shadow alone.
     color: Vec4,
-    /// Irradiance of the parallel light on the plane, pre-exposed; zero.
+    /// Irradiance of the parallel light on the plane, pre-exposed; 1 if it is part of the light from everywhere.
     light: Vec4,
     /// How much the picture's border counts; over how many metres beside the scene it comes to count wholly for
     /// occlusion; zero.
@@ -111,7 +113,7 @@ impl ViewGround {
     pub fn new(
         ground: Ground,
         (map, texture): (&GroundMap, &wgpu::TextureView),
-        table: &LightTable,
+        light: Option<GroundLight>,
         picture: Option<(&View, f32)>,
     ) -> Option<Self> {
         let color = match ground {
@@ -119,8 +121,10 @@ impl ViewGround {
             Ground::Shadow => Vec4::ZERO,
             Ground::Color(color) => Vec3::from(color).min(Vec3::ONE).extend(1.0),
         };
-        let light = parallel_light(table);
-        let irradiance = light.map_or(Vec3::ZERO, |(light, irradiance)| irradiance * light.direction.y.max(0.0));
+        let on_plane = |light: GroundLight| {
+            let irradiance = light.irradiance * light.parallel.direction.y.max(0.0);
+            irradiance.extend(f32::from(u8::from(light.is_from_everywhere)))
+        };
         let GroundMap { height_m, center, half_m, radius_m, bounds, .. } = *map;
         // A floor has no border in the picture.
         let picture = picture.filter(|_| ground == Ground::Shadow);
@@ -131,7 +135,7 @@ impl ViewGround {
             plane: Vec4::new(height_m, 2.0 * radius_m, 6.0 * radius_m, 0.0),
             place: Vec4::new(center.x, center.y, 0.5 / half_m.x, 0.5 / half_m.y),
             color,
-            light: irradiance.extend(0.0),
+            light: light.map_or(Vec4::ZERO, on_plane),
             border: Vec4::new(whole, 0.5 * radius_m, 0.0, 0.0),
             footprint: Vec4::new(middle.x, middle.z, half_extent.x, half_extent.z),
         };
@@ -141,13 +145,36 @@ impl ViewGround {
     }
 }
 
-/// The parallel light of which the ground catches the shadow, and its irradiance, pre-exposed.
-pub(crate) fn parallel_light(table: &LightTable) -> Option<(ParallelLight, Vec3)> {
-    let light = table.lights.first().filter(|light| light.kind == LightKind::Directional)?;
-    let [red, green, blue, _] = *table.texels.get(1)?;
-    let casts_shadows = light.casts_shadows;
-    let light = ParallelLight { direction: -light.direction, half_angle_tan: light.radius_m, casts_shadows };
-    Some((light, Vec3::new(red, green, blue)))
+/// The light of which the ground catches the shadow.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct GroundLight {
+    pub parallel: ParallelLight,
+    /// On a plane across it, pre-exposed.
+    irradiance: Vec3,
+    /// Whether light from everywhere holds it, which is then without it.
+    is_from_everywhere: bool,
+}
+
+impl GroundLight {
+    /// The parallel light that stands before the others of a table.
+    pub fn of_table(table: &LightTable) -> Option<Self> {
+        let light = table.lights.first().filter(|light| light.kind == LightKind::Directional)?;
+        let [red, green, blue, _] = *table.texels.get(1)?;
+        let casts_shadows = light.casts_shadows;
+        let parallel = ParallelLight { direction: -light.direction, half_angle_tan: light.radius_m, casts_shadows };
+        Some(Self { parallel, irradiance: Vec3::new(red, green, blue), is_from_everywhere: false })
+    }
+
+    /// The broad source of the picture that a request has as its environment.
+    pub fn of_broad_source(source: &EnvironmentLight, request: &FrameRequest) -> Option<Self> {
+        if request.settings.environment.source != Environment::File {
+            return None;
+        }
+        let EnvironmentLight { direction, irradiance, half_angle_tan } = request.environment_light(source)?;
+        let parallel = ParallelLight { direction, half_angle_tan, casts_shadows: true };
+        let irradiance = irradiance.map(|value| finite_product(value, request.pre_exposure()));
+        Some(Self { parallel, irradiance, is_from_everywhere: true })
+    }
 }
 
 /// The map of the plane under `bounds` at `height_m`; none under nothing.

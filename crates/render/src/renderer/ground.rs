@@ -5,11 +5,13 @@ use super::asked::Asked;
 use super::lit::World;
 use super::output::ViewState;
 use crate::draws::Tile;
+use crate::environment::Environment;
 use crate::gpu::{Gpu, destroy};
-use crate::ground::{Ground, GroundMap, map_under, parallel_light, side_texels};
+use crate::ground::{Ground, GroundLight, GroundMap, map_under, side_texels};
 use crate::record::InstanceTable;
 use crate::request::FrameStats;
 use manypass_graph::TextureDesc;
+use manypass_scene::EnvironmentLight;
 
 /// What the renderer keeps of the ground.
 #[derive(Debug)]
@@ -31,6 +33,8 @@ impl GroundState {
 #[derive(Debug)]
 pub(super) struct FrameGround {
     pub map: GroundMap,
+    /// The broad source of the scene's picture of its environment, if there is no parallel light.
+    pub broad_source: Option<EnvironmentLight>,
     pub texture: wgpu::TextureView,
     /// What the texture is to be drawn from, if it does not hold the map yet.
     pub tiles: Option<Vec<Tile>>,
@@ -49,15 +53,18 @@ impl Renderer {
         let version = self.shadows.version(asked);
         let has_ground = |(asked, _): &(&Asked, &ViewState)| asked.request.settings.ground.mode != Ground::None;
         let (asked, state) = asked.iter().zip(states).find(has_ground)?;
-        let light = state.lists.as_ref().and_then(|lists| parallel_light(&lists.table)).map(|(mut light, _)| {
-            light.casts_shadows &= asked.request.settings.shadows.enabled;
-            light
+        let of_table = state.lists.as_ref().and_then(|lists| GroundLight::of_table(&lists.table));
+        let broad_source = if of_table.is_none() { self.broad_source_of(asked) } else { None };
+        let of_picture = broad_source.and_then(|source| GroundLight::of_broad_source(&source, &asked.request));
+        let light = of_table.or(of_picture).map(|GroundLight { mut parallel, .. }| {
+            parallel.casts_shadows &= asked.request.settings.shadows.enabled;
+            parallel
         });
         let longest_px = asked.size.0.max(asked.size.1);
         let height_m = asked.request.ground_height_m;
         let map = map_under(&world.draws.bounds_world, height_m, light, side_texels(longest_px))?;
         if is_plan {
-            return Some(FrameGround { map, texture: self.tables.no_environment.clone(), tiles: None });
+            return Some(FrameGround { map, broad_source, texture: self.tables.no_environment.clone(), tiles: None });
         }
         let mut instances = Vec::new();
         let (tiles, signature) = map.tiles(&world.draws, version, &mut instances);
@@ -69,12 +76,18 @@ impl Renderer {
         let kept = self.ground.texture.take();
         let texture = self.ground.texture.insert(kept.unwrap_or_else(|| create(&self.gpu, &map.texture()))).clone();
         if is_drawn {
-            return Some(FrameGround { map, texture, tiles: None });
+            return Some(FrameGround { map, broad_source, texture, tiles: None });
         }
         self.ground.drawn = Some((map, signature));
         stats.uploaded_bytes += self.ground.instances.write(&self.gpu, &instances);
         stats.draws += tiles.iter().map(|tile| tile.draws.len() as u32).sum::<u32>();
-        Some(FrameGround { map, texture, tiles: Some(tiles) })
+        Some(FrameGround { map, broad_source, texture, tiles: Some(tiles) })
+    }
+
+    /// The broad source of the picture that a view has as its environment.
+    fn broad_source_of(&mut self, asked: &Asked) -> Option<EnvironmentLight> {
+        let is_picture = asked.request.settings.environment.source == Environment::File;
+        self.computed.broad_source(asked.environment.as_ref().filter(|_| is_picture)?)
     }
 }
 

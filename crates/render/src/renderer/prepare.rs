@@ -15,7 +15,7 @@ use crate::effect;
 use crate::environment::{Environment, EnvironmentUniform};
 use crate::frame::Variables;
 use crate::gpu::Gpu;
-use crate::ground::{ViewGround, keeps_border};
+use crate::ground::{GroundLight, ViewGround, keeps_border};
 use crate::lens::SampleView;
 use crate::levels::LevelCount;
 use crate::lights::{ClusterUniform, KeptLists, LightTable, Rectangle};
@@ -362,12 +362,14 @@ fn surroundings_of<'f>(
 /// The plane under the scene as a view shows it.
 fn ground_of(asked: &Asked, ground: &FrameGround, table: &LightTable) -> Option<ViewGround> {
     let Asked { request, size, .. } = asked;
-    let FrameGround { map, texture, .. } = ground;
+    let FrameGround { map, broad_source, texture, .. } = ground;
     let is_picture = matches!(asked.part, ViewPart::Whole | ViewPart::Monitor(_));
     let settings = &request.settings;
     let keeps = is_picture && keeps_border(settings.environment.source, settings.background.source);
     let picture = keeps.then_some((&request.camera, size.0 as f32 / size.1 as f32));
-    ViewGround::new(settings.ground.mode, (map, texture), table, picture)
+    let of_picture = || GroundLight::of_broad_source(broad_source.as_ref()?, request);
+    let light = GroundLight::of_table(table).or_else(of_picture);
+    ViewGround::new(settings.ground.mode, (map, texture), light, picture)
 }
 
 /// From where to where the camera of a view moved, if there is a previous frame.

@@ -17,7 +17,7 @@ struct Ground {
     place: vec4f,
     // Albedo; 1 if it is a surface, 0 if it is seen by its shadow alone.
     color: vec4f,
-    // Irradiance of the parallel light on the plane, pre-exposed; zero.
+    // Irradiance of the parallel light on the plane, pre-exposed; 1 if it is part of the light from everywhere.
     light: vec4f,
     // How much the picture's border counts; over how many metres beside the scene it comes to count wholly for
     // occlusion; zero.
@@ -116,7 +116,9 @@ fn fs_ground(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let shares = textureSampleLevel(ground_light, linear_clamp, from_middle * ground.place.zw + 0.5, 0.0).rg;
     let kept = vec2f(shadow_kept(position.xy, at), occlusion_kept(position.xy, at));
     let light = mix(vec2f(1.0), shares, kept);
-    let from_everywhere = outer_irradiance(vec3f(0.0, 1.0, 0.0));
+    // Without the parallel light where that holds it.
+    let held = ground.light.rgb * ground.light.w;
+    let from_everywhere = max(outer_irradiance(vec3f(0.0, 1.0, 0.0)) - held, vec3f(0.0));
     // Of a floor it is what a single reflection leaves, as of all surfaces.
     let visible = mix(reflected_between(light.g), light.g, ground.color.w);
     let irradiance = from_everywhere * visible + ground.light.rgb * light.r;
