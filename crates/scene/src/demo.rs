@@ -120,7 +120,7 @@ pub fn stage(name: &str) -> Option<Stage> {
         "monitors" => include_str!("demo/monitors.stage.toml"),
         "mirror" => include_str!("demo/mirror.stage.toml"),
         "shore" => {
-            "model = \"demo:shore\"\n[environment]\nsource = \"sky\"\nsun_elevation_deg = 24\nsun_azimuth_deg = -60\n[settings.exposure]\nstops = \"auto+0.7\"\n"
+            "model = \"demo:shore\"\n[environment]\nsource = \"sky\"\nsun_elevation_deg = 24\nsun_azimuth_deg = -60\n[settings.exposure]\nstops = \"auto+0.2\"\n"
         }
         "water" => include_str!("demo/water.stage.toml"),
         "doors" => "model = \"demo:doors\"\n[settings.exposure]\nstops = \"auto-1\"\n",

@@ -7,6 +7,8 @@
 //! stops more than A. Of these d / (1 + 2 |d|) remain: half a stop at most. So all models have about the same
 //! backdrop.
 //!
+//! - The sky: its unit has full daylight near x = 0, where the curve leaves it as dark as mid grey. The curve takes
+//!   x + 0.5 there: by day that is half a stop more, at night next to nothing.
 //! - Rooms: where less than a tenth of the picture shows the environment, more of d remains; where nothing shows it,
 //!   all.
 //! - Lamps at night: x is then below −4, and surfaces that outshine the environment have a d below −2. More of d
@@ -44,6 +46,9 @@ pub(crate) const HIGHLIGHT_SHARES: [f64; 2] = [0.03, 0.06];
 /// A pixel that is brighter than white asks for so many stops less at most.
 const HIGHLIGHT_STOPS_MAX: f64 = 1.5;
 
+/// By so many stops the curve takes the sky for brighter than mid grey.
+const DAYLIGHT_STOPS: f64 = 0.5;
+
 /// Saturated colours lower the exposure to so many stops from that of the environment.
 const COLOR_STOPS_MIN: f64 = -1.0;
 
@@ -64,18 +69,25 @@ fn smooth([from, to]: [f64; 2], at: f64) -> f64 {
 pub(crate) struct Anchor {
     /// In stops above mid grey.
     level_stops: f64,
+    /// By how much more the curve takes it for.
+    lift_stops: f64,
 }
 
 impl Anchor {
     /// Of the mean radiance over all directions; none where that is no light.
     pub fn new(mean_radiance: Vec3, intensity: f32) -> Option<Self> {
         let level_stops = (luminance(mean_radiance) * f64::from(intensity) * REFLECTANCE / MID_GREY).log2();
-        level_stops.is_finite().then_some(Self { level_stops })
+        level_stops.is_finite().then_some(Self { level_stops, lift_stops: 0.0 })
+    }
+
+    /// The same where it is the sky's.
+    pub fn of_sky(self) -> Self {
+        Self { lift_stops: DAYLIGHT_STOPS, ..self }
     }
 
     /// The exposure of the environment.
     fn stops(self) -> f64 {
-        picture_level_stops(self.level_stops) - self.level_stops
+        picture_level_stops(self.level_stops + self.lift_stops) - self.level_stops
     }
 
     /// How far it counts for surfaces that ask for so many stops more.
@@ -125,7 +137,7 @@ mod tests {
 
     /// An environment whose level is so many stops.
     fn at(level_stops: f64) -> Anchor {
-        Anchor { level_stops }
+        Anchor { level_stops, lift_stops: 0.0 }
     }
 
     #[test]
@@ -139,6 +151,21 @@ mod tests {
         // Day is brighter than night.
         let shown = |x: f64| at(x).stops() + x;
         assert!(shown(-10.0) < shown(-3.0) && shown(-3.0) < shown(0.0) && shown(0.0) < shown(2.0));
+    }
+
+    #[test]
+    fn daylight_is_half_a_stop_brighter_and_night_stays_night() {
+        for level in [-0.9, -0.3, 0.0] {
+            assert!((at(level).of_sky().stops() - 0.5).abs() < 1e-9, "{level}");
+        }
+        assert!(at(-12.0).of_sky().stops() - at(-12.0).stops() < 0.005);
+        let mut last = f64::NEG_INFINITY;
+        for i in -240..=40 {
+            let level = f64::from(i) / 10.0;
+            let shown = at(level).of_sky().stops() + level;
+            assert!(shown > last && shown < 1.5, "{level}: {last} to {shown}");
+            last = shown;
+        }
     }
 
     #[test]

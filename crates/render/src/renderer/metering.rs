@@ -270,7 +270,8 @@ impl Renderer {
         let settings = &request.settings.environment;
         let of_scene = scene.environment.clone().filter(|_| settings.source == Environment::File);
         let map = of_scene.or_else(|| self.computed.of(settings))?;
-        Anchor::new(self.computed.mean_radiance(&map), settings.intensity)
+        let anchor = Anchor::new(self.computed.mean_radiance(&map), settings.intensity)?;
+        Some(if settings.source == Environment::Sky { anchor.of_sky() } else { anchor })
     }
 }
 
