@@ -126,8 +126,7 @@ pub(crate) fn color_excess_stops(luminance: f64, largest: f64) -> f64 {
 
 /// The stops less that a pixel of this luminance asks for, where white is 1.
 pub(crate) fn highlight_excess_stops(luminance: f64) -> f64 {
-    // Of nothing the logarithm is below all others.
-    luminance.log2().clamp(0.0, HIGHLIGHT_STOPS_MAX)
+    if luminance > 1.0 { luminance.log2().min(HIGHLIGHT_STOPS_MAX) } else { 0.0 }
 }
 
 #[cfg(test)]
