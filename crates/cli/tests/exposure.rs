@@ -226,7 +226,7 @@ fn most_of_a_model_below_16_of_255_gets_a_hint() {
     folder.write("dark.gltf", model.to_string().as_bytes());
     let of = |input: &str, more: &[&str]| {
         let common = ["render", input, "--size", "64x64", "--samples", "1", "--background", "transparent", "--strict"];
-        let run = run_in(&folder, &[&common, &["-o", "p.png", "--report", "r.json"], more].concat()).expect(0);
+        let run = run_in(&folder, &[&common[..], &["-o", "p.png", "--report", "r.json"], more].concat()).expect(0);
         let hints = report(&folder, "r.json")[0]["hints"].clone();
         let first = hints[0].as_str().unwrap_or_default().to_owned();
         assert_eq!(run.stderr.matches("is darker than 16 of 255").count(), first.matches("16 of 255").count());
