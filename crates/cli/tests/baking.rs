@@ -264,10 +264,13 @@ fn what_was_baked_in_some_light_is_drawn_in_it() {
         color(&picture, (48, 52))
     };
     // Without a word about light: in the studio, and without a stage.
-    bake(&folder, &["a.obj", "-o", "b.glb"]).expect(0);
+    let hint = "hint: a.obj: it has no lights, so the light of the studio is baked; --environment none leaves it out\n";
+    assert_eq!(bake(&folder, &["a.obj", "-o", "b.glb"]).expect(0).stderr.matches(hint).count(), 1);
     assert!(!folder.names().contains(&"b.stage.toml".to_owned()));
     // Under a sky: the stage that is written says so.
-    bake(&folder, &["a.obj", "-o", "c.glb", "--environment", "sky", "--set", "environment.turbidity=4"]).expect(0);
+    let told =
+        bake(&folder, &["a.obj", "-o", "c.glb", "--environment", "sky", "--set", "environment.turbidity=4"]).expect(0);
+    assert!(!told.stderr.contains("the studio is baked"), "{}", told.stderr);
     let stage = String::from_utf8(read(&folder, "c.stage.toml")).expect("text");
     assert!(stage.contains("[environment]") && stage.contains("turbidity = 4.0"), "{stage}");
     let sky = ["--environment", "sky", "--set", "environment.turbidity=4"];

@@ -5,6 +5,7 @@ mod common;
 use common::{Folder, Run, has_adapter, run_in, triangle_glb};
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use image::RgbaImage;
+use serde_json::{Value, json};
 use std::path::Path;
 
 const SMALL: [&str; 6] = ["--size", "96x64", "--samples", "1", "--background", "transparent"];
@@ -15,6 +16,10 @@ fn render(folder: &Path, args: &[&str]) -> Run {
 
 fn bytes(folder: &Folder, name: &str) -> Vec<u8> {
     std::fs::read(folder.join(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or(f64::NAN)
 }
 
 /// How many columns or rows are free at the left, the top, the right and the bottom.
@@ -89,6 +94,71 @@ fn a_model_that_its_camera_hardly_shows_is_shown_whole() {
         bytes(&folder, "far0.png") == bytes(&folder, "f0.png")
             && bytes(&folder, "far0.png") != bytes(&folder, "far.png")
     );
+}
+
+/// A model with an animation of 1 s that moves a node along x.
+fn sliding(model: &str, node: usize, [from, to]: [[f32; 3]; 2]) -> String {
+    let floats: Vec<f32> = [&[0.0, 1.0][..], &from, &to].concat();
+    let bytes: Vec<u8> = floats.into_iter().flat_map(f32::to_le_bytes).collect();
+    let mut model: Value = serde_json::from_str(model).expect("JSON");
+    let mut push = |key: &str, value: Value| model[key].as_array_mut().expect("a list").push(value);
+    push("buffers", json!({ "byteLength": 32, "uri": manypass_testkit::data_uri("application/octet-stream", &bytes) }));
+    push("bufferViews", json!({ "buffer": 1, "byteLength": 8 }));
+    push("bufferViews", json!({ "buffer": 1, "byteOffset": 8, "byteLength": 24 }));
+    let times = json!({ "bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1] });
+    push("accessors", times);
+    push("accessors", json!({ "bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3" }));
+    let channel = json!({ "sampler": 0, "target": { "node": node, "path": "translation" } });
+    model["animations"] = json!([{ "samplers": [{ "input": 1, "output": 2 }], "channels": [channel] }]);
+    model.to_string()
+}
+
+/// Triangles in all directions around a camera.
+fn field() -> String {
+    let mut model: Value = serde_json::from_str(&seen_from(0.0)).expect("JSON");
+    let places = (0..125).map(|i| [i % 5 - 2, i / 5 % 5 - 2, i / 25 - 2]).filter(|place| *place != [0, 0, 0]);
+    let nodes = places.map(|place| json!({ "mesh": 0, "translation": place.map(|steps| 4 * steps) }));
+    let nodes: Vec<Value> = std::iter::once(json!({ "camera": 0 })).chain(nodes).collect();
+    model["scenes"][0]["nodes"] = (0..nodes.len()).collect();
+    model["nodes"] = nodes.into();
+    model.to_string()
+}
+
+#[test]
+fn the_automatic_camera_is_decided_over_the_animation_and_cameras_that_move_stay() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("camera-decided");
+    folder.write("field.gltf", field().as_bytes());
+    folder.write("moving.gltf", sliding(&seen_from(20.0), 1, [[0.4, 0.4, 20.0], [0.4, 0.4, 19.0]]).as_bytes());
+    // One is before its camera at its first time alone, another one half of the time and not at the first.
+    folder.write("leaves.gltf", sliding(&seen_from(2.0), 0, [[0.0; 3], [100.0, 0.0, 0.0]]).as_bytes());
+    folder.write("comes.gltf", sliding(&seen_from(2.0), 0, [[3.0, 0.0, 0.0], [0.0; 3]]).as_bytes());
+    folder.write("named.gltf", seen_from(20.0).replace(r#""cameras":[{"#, r#""cameras":[{"name":"auto","#).as_bytes());
+    // Whether the model is said to be shown whole, and where the camera is, of each input.
+    let decided = |args: &[&str]| -> Vec<(bool, Value)> {
+        render(&folder, &[args, &["-o", "out/", "--report", "r.json", "--quiet"]].concat()).expect(0);
+        let text = std::fs::read_to_string(folder.join("r.json")).expect("a report");
+        let lines = text.lines().map(serde_json::from_str).collect::<Result<Vec<Value>, _>>();
+        let lines = lines.unwrap_or_else(|_| vec![serde_json::from_str(&text).expect("one value")]);
+        let is_whole = |line: &Value| line["hints"].to_string().contains("it is shown whole; --camera 0");
+        lines.iter().map(|line| (is_whole(line), line["camera"]["eye_world_m"].clone())).collect()
+    };
+    let is_own = |(is_whole, eye): &(bool, Value), place: [f64; 3]| {
+        !is_whole && (0..3).all(|axis| (number(&eye[axis]) - place[axis]).abs() < 1e-5)
+    };
+    let still = decided(&["field.gltf", "moving.gltf"]);
+    assert!(still[0].0 && number(&still[0].1[2]) > 10.0, "a field that is seen from within: {still:?}");
+    assert!(is_own(&still[1], [0.4, 0.4, 20.0]), "a camera that moves: {still:?}");
+    let [first, last] = ["0", "1"].map(|time| decided(&["leaves.gltf", "comes.gltf", "--time", time]));
+    assert_eq!(first, last);
+    assert!(first[0].0 && is_own(&first[1], [0.4, 0.4, 2.0]), "{first:?}");
+    // `auto` is the automatic camera; one of that name is asked for by its index.
+    let of_file = decided(&["named.gltf", "--camera", "0"]);
+    assert!(is_own(&of_file[0], [0.4, 0.4, 20.0]), "{of_file:?}");
+    let automatic = decided(&["named.gltf", "--camera", "auto"]);
+    assert!(!automatic[0].0 && number(&automatic[0].1[2]) < 5.0, "{automatic:?}");
 }
 
 #[test]
@@ -175,7 +245,7 @@ fn a_turntable_plays_with_frames_and_stands_still_with_a_time() {
 fn scenes_are_shown_by_name_or_index_and_listed() {
     let folder = Folder::new("camera-scenes");
     two_scenes(&folder);
-    let json = |args: &[&str]| -> serde_json::Value {
+    let json = |args: &[&str]| -> Value {
         let run = run_in(&folder, &[&["info", "two.gltf", "--json"], args].concat()).expect(0);
         serde_json::from_str(&run.text()).expect("JSON")
     };

@@ -388,3 +388,98 @@ fn info_gives_the_bounds_of_what_is_drawn() {
     };
     assert_eq!((corner("min"), corner("max")), (vec![-0.3, 0.0, 0.0], vec![0.3, 1.8, 0.0]));
 }
+
+/// A sheet of 0.6 m by 1.8 m in a file. Its accessors are positions, indices, joints (all of them the first), and then
+/// `more` of floats, with the count of their components; `shown` says how it is shown.
+fn sheet(folder: &Folder, name: &str, more: &[(usize, &[f32])], shown: &Value) {
+    let positions = [-0.3_f32, 0.0, 0.0, 0.3, 0.0, 0.0, 0.3, 1.8, 0.0, -0.3, 1.8, 0.0];
+    let mut buffer: Vec<u8> = positions.into_iter().flat_map(f32::to_le_bytes).collect();
+    buffer.extend([0_u16, 1, 2, 0, 2, 3].into_iter().flat_map(u16::to_le_bytes));
+    let mut views =
+        vec![json!({ "buffer": 0, "byteLength": 48 }), json!({ "buffer": 0, "byteOffset": 48, "byteLength": 12 })];
+    let mut accessors = vec![
+        json!({ "bufferView": 0, "componentType": 5126, "count": 4, "type": "VEC3" }),
+        json!({ "bufferView": 1, "componentType": 5123, "count": 6, "type": "SCALAR" }),
+        json!({ "componentType": 5121, "count": 4, "type": "VEC4" }),
+    ];
+    for (index, (components, values)) in more.iter().enumerate() {
+        let (kind, count) = (format!("VEC{components}"), values.len() / components);
+        views.push(json!({ "buffer": 0, "byteOffset": buffer.len(), "byteLength": values.len() * 4 }));
+        accessors.push(json!({ "bufferView": index + 2, "componentType": 5126, "count": count, "type": kind }));
+        buffer.extend(values.iter().flat_map(|value| value.to_le_bytes()));
+    }
+    let mut model = json!({
+        "asset": { "version": "2.0" }, "scene": 0, "scenes": [{ "nodes": [0] }], "materials": [{ "doubleSided": true }],
+        "accessors": accessors, "bufferViews": views,
+        "buffers": [{ "uri": format!("{name}.bin"), "byteLength": buffer.len() }],
+    });
+    for (key, value) in shown.as_object().into_iter().flatten() {
+        model[key] = value.clone();
+    }
+    folder.write(&format!("{name}.bin"), &buffer);
+    folder.write(&format!("{name}.gltf"), model.to_string().as_bytes());
+}
+
+#[test]
+fn bounds_of_skins_morphs_and_instances_are_those_of_positions_in_pictures() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("data-bounds-drawn");
+    let mesh = |attributes: Value, targets: Value| {
+        let primitive = json!({ "attributes": attributes, "targets": targets, "indices": 1, "material": 0 });
+        json!([{ "primitives": [primitive] }])
+    };
+    let skinned = json!({
+        "nodes": [
+            { "children": [1, 2], "scale": [2, 0.5, 1] }, {}, { "mesh": 0, "skin": 0, "translation": [500, 0, 0] },
+        ],
+        "meshes": mesh(json!({ "POSITION": 0, "WEIGHTS_0": 3, "JOINTS_0": 2 }), json!([])),
+        "skins": [{ "joints": [1] }],
+    });
+    sheet(&folder, "skinned", &[(4, &[1.0, 0.0, 0.0, 0.0].repeat(4))], &skinned);
+    let morphed = json!({
+        "nodes": [{ "mesh": 0, "weights": [0.5] }],
+        "meshes": mesh(json!({ "POSITION": 0 }), json!([{ "POSITION": 3 }])),
+    });
+    sheet(&folder, "morphed", &[(3, &[0.0, 0.0, 0.0, 2.0, 0.0, 0.5, 2.0, -1.0, 0.5, 0.0, -1.0, 0.0])], &morphed);
+    let attributes = json!({ "TRANSLATION": 3, "SCALE": 4 });
+    let instanced = json!({
+        "extensionsUsed": ["EXT_mesh_gpu_instancing"],
+        "nodes": [{ "mesh": 0, "translation": [0, 0.25, 0],
+            "extensions": { "EXT_mesh_gpu_instancing": { "attributes": attributes } } }],
+        "meshes": mesh(json!({ "POSITION": 0 }), json!([])),
+    });
+    let places: [&[f32]; 2] = [&[-3.0, 0.0, 0.0, 1.0, 1.0, 0.0], &[1.0, 1.0, 1.0, 2.0, 0.5, 1.0]];
+    sheet(&folder, "instanced", &places.map(|values| (3_usize, values)), &instanced);
+    let inputs = ["skinned.gltf", "morphed.gltf", "instanced.gltf"];
+    // A pixel is an eighth of a metre.
+    let flags =
+        "--format exr --aov position,depth --eye 0,1,20 --target 0,1,0 --ortho-height 8 --size 64x64 --samples 1";
+    let flags: Vec<&str> = flags.split(' ').chain(["-o", "out/"]).collect();
+    run_in(&folder, &[&["render"], &inputs[..], &flags[..]].concat()).expect(0);
+    let expected = [
+        [[-0.6, 0.0, 0.0], [0.6, 0.9, 0.0]],
+        [[-0.3, 0.0, 0.0], [1.3, 1.3, 0.25]],
+        [[-3.3, 0.25, 0.0], [1.6, 2.15, 0.0]],
+    ];
+    for (input, [low, high]) in inputs.into_iter().zip(expected) {
+        let info: Value =
+            serde_json::from_str(&run_in(&folder, &["info", input, "--json"]).expect(0).text()).expect("JSON");
+        let image = opened(&folder.join("out").join(input.replace("gltf", "exr")));
+        let (position, depth) = (values(&image, "position"), values(&image, "depth"));
+        let covered: Vec<usize> = (0..64 * 64).filter(|at| depth["Z"][*at].is_finite()).collect();
+        for (axis, name) in ["X", "Y", "Z"].into_iter().enumerate() {
+            let [least, most] = ["min", "max"].map(|key| info["bounds_m"][key][axis].as_f64().unwrap_or(f64::NAN));
+            assert!(
+                (least - low[axis]).abs() < 1e-6 && (most - high[axis]).abs() < 1e-6,
+                "{input} {name}: {least} {most}"
+            );
+            let seen = covered.iter().map(|at| position[name][*at]);
+            let (first, last) = (seen.clone().fold(f64::INFINITY, f64::min), seen.fold(f64::NEG_INFINITY, f64::max));
+            let (below, above) = (first - least, most - last);
+            assert!((-1e-4..0.126).contains(&below), "{input} {name}: {first} is seen, and {least} is said");
+            assert!((-1e-4..0.126).contains(&above), "{input} {name}: {last} is seen, and {most} is said");
+        }
+    }
+}

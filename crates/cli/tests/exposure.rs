@@ -210,3 +210,77 @@ fn a_picture_of_one_tone_says_so_once_a_sequence() {
         assert_eq!(of(&[&dark[..], quiet].concat()).0, 0, "{quiet:?}");
     }
 }
+
+#[test]
+fn most_of_a_model_below_16_of_255_gets_a_hint() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("exposure-dark");
+    folder.write("lit.gltf", lamp(4e4).as_bytes());
+    // A second plate, which has the lamp below it and is seen from above.
+    let mut model: Value = serde_json::from_str(&lamp(4e4)).expect("JSON");
+    let nodes = model["nodes"].as_array_mut().expect("nodes");
+    nodes.push(json!({ "mesh": 0, "translation": [4.5, 1.5, 0] }));
+    model["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    folder.write("dark.gltf", model.to_string().as_bytes());
+    let of = |input: &str, more: &[&str]| {
+        let common = ["render", input, "--size", "64x64", "--samples", "1", "--background", "transparent", "--strict"];
+        let run = run_in(&folder, &[&common[..], &["-o", "p.png", "--report", "r.json"], more].concat()).expect(0);
+        let hints = report(&folder, "r.json")[0]["hints"].clone();
+        let first = hints[0].as_str().unwrap_or_default().to_owned();
+        assert_eq!(run.stderr.matches("is darker than 16 of 255").count(), first.matches("16 of 255").count());
+        first
+    };
+    let alone = ["--environment", "none"];
+    let said = of("dark.gltf", &alone);
+    let end = " % of what is seen of the model is darker than 16 of 255: --preset product shows it in the studio, and \
+               --environment fill adds a faint one";
+    let percent: f64 = said.strip_suffix(end).and_then(|share| share.parse().ok()).expect(&said);
+    // The picture has as much of it, but for its edges.
+    let picture = image::open(folder.join("p.png")).expect("a picture").to_rgba8();
+    let seen: Vec<u8> = picture.pixels().filter(|pixel| pixel.0[3] > 0).map(|pixel| pixel.0[1]).collect();
+    let share = 100.0 * seen.iter().filter(|level| **level < 16).count() as f64 / seen.len().max(1) as f64;
+    assert!((55.0..75.0).contains(&percent) && (percent - share).abs() < 3.0, "{percent} % and {share} %");
+    // None where it can be read: lit, or in the faint studio that a file with lamps has by itself.
+    assert_eq!((of("lit.gltf", &alone), of("dark.gltf", &[])), (String::new(), String::new()));
+}
+
+#[test]
+fn demos_bring_their_light_and_the_hall_turns_inside() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("exposure-demos");
+    let small = ["--size", "32x18", "--samples", "1", "-q", "--report", "r.json"];
+    // Those that are drawn in a second; `demo:cornell` is in the test of what is baked of it.
+    let demos = ["room", "mirror", "doors", "portals", "laboratory", "simulations", "trails", "decals"];
+    let demos = demos.map(|name| format!("demo:{name}"));
+    let inputs: Vec<&str> = demos.iter().map(String::as_str).collect();
+    run_in(&folder, &[&["render"], &inputs[..], &["-o", "all/"], &small].concat()).expect(0);
+    // A room turns around who stands in it.
+    run_in(&folder, &[&["render", "demo:hall", "--turntable", "2", "-o", "all/{frame}.png"], &small[..]].concat())
+        .expect(0);
+    let turn = report(&folder, "r.json");
+    let eyes: Vec<&Value> = turn.iter().map(|line| &line["camera"]["eye_world_m"]).collect();
+    let number = |value: &Value| value.as_f64().unwrap_or(f64::NAN);
+    assert!(eyes.len() == 2 && eyes[0] == eyes[1], "{eyes:?}");
+    assert!(number(&eyes[0][0]).abs() < 7.0 && number(&eyes[0][2]).abs() < 21.0, "{eyes:?}");
+    let directions: Vec<f64> = turn.iter().map(|line| number(&line["camera"]["world_from_view"][2][2])).collect();
+    assert!((directions[0] + directions[1]).abs() < 1e-5 && directions[0].abs() > 0.5, "{directions:?}");
+    let mut names: Vec<String> = std::fs::read_dir(folder.join("all"))
+        .expect("listed")
+        .flatten()
+        .map(|entry| entry.file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    assert_eq!(names.len(), demos.len() + 2, "{names:?}");
+    for name in names {
+        let picture = image::open(folder.join("all").join(&name)).expect("a picture").to_luma8();
+        let levels: Vec<u8> = picture.pixels().map(|pixel| pixel.0[0]).collect();
+        let (count, mean) =
+            (levels.len(), levels.iter().map(|level| usize::from(*level)).sum::<usize>() / levels.len());
+        let most = (0..=255).map(|tone| levels.iter().filter(|level| **level == tone).count()).max().unwrap_or(0);
+        assert!(mean > 15 && most * 2 < count, "{name}: a mean of {mean}, {most} of {count} pixels of one tone");
+    }
+}

@@ -219,6 +219,24 @@ mod tests {
         fs::remove_dir_all(&folder).unwrap();
     }
 
+    /// Neither waits for somebody who writes or reads: a test that hangs has failed.
+    #[cfg(unix)]
+    #[test]
+    fn pipes_among_entries_are_neither_read_nor_written() {
+        let folder = folder("pipes");
+        fs::create_dir_all(&folder).unwrap();
+        let cache = DiskCache::new(folder.clone(), 1000);
+        let made = std::process::Command::new("mkfifo").arg(cache.path("a")).status();
+        assert!(made.is_ok_and(|status| status.success()), "mkfifo");
+        assert_eq!(cache.get("a"), None);
+        cache.put("b", &[2; 10]);
+        assert!(fs::symlink_metadata(cache.path("a")).is_ok(), "room is made among files alone");
+        cache.put("a", &[1; 10]);
+        assert_eq!((cache.get("a"), cache.get("b")), (Some(vec![1; 10]), Some(vec![2; 10])));
+        assert!(fs::symlink_metadata(cache.path("a")).is_ok_and(|entry| entry.is_file()));
+        fs::remove_dir_all(&folder).unwrap();
+    }
+
     #[test]
     fn a_place_that_cannot_be_written_is_no_cache() {
         let file = folder("file");

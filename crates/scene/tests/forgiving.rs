@@ -245,6 +245,26 @@ fn textures_may_be_on_any_two_uv_sets() {
 }
 
 #[test]
+fn a_third_uv_set_of_a_material_is_warned_of() {
+    let mut model = model();
+    for set in [3, 4] {
+        model.attribute(&format!("TEXCOORD_{set}"), F32, "VEC2", &floats(&[set as f32; 6]));
+    }
+    model.json["materials"][0] = json!({
+        "pbrMetallicRoughness": { "baseColorTexture": { "index": 0, "texCoord": 0 } },
+        "emissiveTexture": { "index": 0, "texCoord": 3 },
+        "occlusionTexture": { "index": 0, "texCoord": 4 },
+    });
+    let loaded = model.try_load().unwrap();
+    let said = "at \"/materials/0/occlusionTexture/texCoord\": a material has two UV sets, here 0 and 3; set 0 is used";
+    assert_eq!(loaded.warnings.iter().filter(|warning| *warning == said).count(), 1, "{:?}", loaded.warnings);
+    let material = &loaded.scene.materials[0];
+    let slots = [material.base_color_texture, material.emissive_texture, material.occlusion_texture];
+    assert_eq!(slots.map(|texture| texture.unwrap().uv_set), [0, 1, 0]);
+    assert_eq!(loaded.scene.meshes[0].primitives[0].uv1[0], [3.0; 2]);
+}
+
+#[test]
 fn joints_in_no_scene_keep_their_translation() {
     let mut model = Model::triangle();
     let joints = integers(U16, &[0; 12]);

@@ -202,6 +202,18 @@ fn ply_has_textures_and_colours_of_faces() {
         [[0.0, 1.0], [1.0, 1.0], [0.0, 0.5]],
         "a corner at one place has two of them"
     );
+    // Of vertices, under each of the names that writers give them.
+    for [u, v] in [["s", "t"], ["u", "v"], ["texture_u", "texture_v"]] {
+        let of_vertices = PLY
+            .replace("float z\n", &format!("float z\nproperty float {u}\nproperty double {v}\n"))
+            .replace("end_header\n0 0 0\n1 0 0\n", "comment TextureFile a.png\nend_header\n0 0 0 .25 0\n1 0 0 1 .125\n")
+            .replace("1 1 0\n0 1 0\n", "1 1 0 1 1\n0 1 0 0 1\n");
+        let loaded = load_with("a.ply", of_vertices.as_bytes(), &[("a.png", &png())]);
+        draws(&loaded, 2, "", u);
+        let found = primitives(&loaded)[0];
+        assert!(loaded.scene.materials[found.material.unwrap()].base_color_texture.is_some(), "{u}");
+        assert_eq!(found.uv0, [[0.25, 1.0], [1.0, 0.875], [1.0, 0.0], [0.0, 0.0]], "{u}, {v}");
+    }
     let faces = "property uchar red\nproperty uchar green\nproperty uchar blue\nend_header";
     let faces =
         PLY.replace("end_header", faces).replace("3 0 1 2", "3 0 1 2 255 0 0").replace("3 0 2 3", "3 0 2 3 0 255 0");
