@@ -270,7 +270,7 @@ pub struct GraphArgs {
     pub input: String,
     #[command(flatten)]
     pub frame: FrameArgs,
-    /// How to print them; table: a line for each target, with megabytes (10⁶ bytes) read and written.
+    /// How to print them; table: a line for each target, with draw calls and megabytes (10⁶ bytes).
     #[arg(long, default_value = "text")]
     pub format: GraphFormat,
     /// Plan for the adapter whose name contains this.

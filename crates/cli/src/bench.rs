@@ -17,7 +17,7 @@ use crate::session::{self, ms_since, output_failure, print, still_failure, write
 use crate::surroundings::Surroundings;
 use crate::table;
 use live::Live;
-use manypass::graph::{PassBytes, PassTime};
+use manypass::graph::{PassTime, PassWork};
 use manypass::{
     Adaptation, Background, Environment, Exposure, FrameRequest, RenderError, Renderer, Settings, Switch, Tonemap, View,
 };
@@ -121,8 +121,8 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     } else {
         let times = renderer.pass_times(&scene, &request).map_err(failed)?;
         let pairs = renderer.count_pairs(&scene, &request).map_err(failed)?;
-        let bytes = plan.pass_bytes();
-        (measured_passes(&times, &bytes), table::of_times(&times, &bytes), Some(pairs))
+        let work = plan.pass_work();
+        (measured_passes(&times, &work), table::of_times(&times, &work), Some(pairs))
     };
     let over = pairs
         .filter(|pairs| pairs.pairs_in_range > 0)
@@ -213,16 +213,17 @@ fn frames_after_the_first(
     Ok(frames_ms)
 }
 
-/// What each pass took, and what it moves.
-fn measured_passes(times: &[PassTime], bytes: &[PassBytes]) -> Vec<Value> {
+/// What each pass took, and what it draws and moves.
+fn measured_passes(times: &[PassTime], work: &[PassWork]) -> Vec<Value> {
     let measured = |time: &PassTime| {
-        let moved = bytes.iter().find(|moved| moved.name == time.name);
+        let done = work.iter().find(|done| done.name == time.name);
         json!({
             "name": time.name,
             "cpu_ms": time.cpu_ms,
             "gpu_ms": time.gpu_ms,
-            "read_bytes": moved.map(|moved| moved.read),
-            "written_bytes": moved.map(|moved| moved.written),
+            "draws": done.and_then(|done| done.draws),
+            "read_bytes": done.map(|done| done.read),
+            "written_bytes": done.map(|done| done.written),
         })
     };
     times.iter().map(measured).collect()

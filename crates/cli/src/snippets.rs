@@ -45,7 +45,7 @@ fn faults(snippet: &Snippet) -> Vec<String> {
         }
         "rust" => code::rust_faults(snippet),
         "js" => code::script_faults(snippet),
-        "python" => code::python_faults(snippet),
+        "python" => [code::f3d_faults(snippet), code::python_faults(snippet)].concat(),
         other => fault(format!("nothing checks `{other}`; name another language, or a reason in UNCHECKED")),
     }
 }
@@ -84,6 +84,7 @@ fn what_is_wrong_is_found_at_its_line() {
         ("rust", "let scene = manypass::no_such_function();\n", "docs/a.md:7: "),
         ("js", "viewer.fly({ radius: 3 });\n", "`fly`"),
         ("js", "viewer.render({ radius: 3, height: 2 }); // up\nviewer.render({ up: 1 });\n", "docs/a.md:8: `up`"),
+        ("python", "import f3d\no = {\"render.effect.antialiasing.enable\": True}\n", "docs/a.md:8: F3D has no option"),
         ("lua", "", "nothing checks `lua`"),
         ("", "manypass render a.glb\n", "nothing checks ``"),
     ] {

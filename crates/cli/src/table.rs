@@ -2,7 +2,7 @@
 
 use crate::failure::shown;
 use manypass::Plan;
-use manypass::graph::{PassBytes, PassTime, PlannedAttachment, PlannedPass, Target};
+use manypass::graph::{PassTime, PassWork, PlannedAttachment, PlannedPass, Target};
 use std::borrow::Cow;
 
 /// The longest line, in characters.
@@ -25,9 +25,9 @@ enum Column {
     Number,
 }
 
-/// What the passes of a frame took and moved, in their order, with their sum. Milliseconds are those of the GPU where
+/// What the passes of a frame took, drew and moved, in their order, with their sum. Milliseconds are those of the GPU where
 /// the adapter has timestamps, else those of recording, which the last line says. Empty without passes.
-pub fn of_times(times: &[PassTime], bytes: &[PassBytes]) -> String {
+pub fn of_times(times: &[PassTime], work: &[PassWork]) -> String {
     if times.is_empty() {
         return String::new();
     }
@@ -36,28 +36,32 @@ pub fn of_times(times: &[PassTime], bytes: &[PassBytes]) -> String {
     let sum_ms: f64 = times.iter().filter_map(ms_of).sum();
     let share = |ms: f64| if sum_ms > 0.0 { 100.0 * ms / sum_ms } else { 0.0 };
     let ms_title = if is_of_gpu { "GPU ms" } else { "CPU ms" };
-    let mut rows = vec![["pass", ms_title, "share %", "read MB", "written MB"].map(str::to_owned)];
-    let (mut read_bytes, mut written_bytes) = (0_u64, 0_u64);
+    let mut rows = vec![["pass", ms_title, "share %", "draws", "read MB", "written MB"].map(str::to_owned)];
+    let (mut draws, mut read_bytes, mut written_bytes) = (0_u64, 0_u64, 0_u64);
     for time in times {
-        let moved = bytes.iter().find(|moved| moved.name == time.name);
-        read_bytes += moved.map_or(0, |moved| moved.read);
-        written_bytes += moved.map_or(0, |moved| moved.written);
+        let done = work.iter().find(|done| done.name == time.name);
+        draws += u64::from(done.and_then(|done| done.draws).unwrap_or(0));
+        read_bytes += done.map_or(0, |done| done.read);
+        written_bytes += done.map_or(0, |done| done.written);
         rows.push([
             time.name.clone(),
             number(ms_of(time), 2),
             number(ms_of(time).map(share), 1),
-            megabytes(moved.map(|moved| moved.read)),
-            megabytes(moved.map(|moved| moved.written)),
+            number(done.and_then(|done| done.draws).map(f64::from), 0),
+            megabytes(done.map(|done| done.read)),
+            megabytes(done.map(|done| done.written)),
         ]);
     }
     rows.push([
         "sum".to_owned(),
         number(Some(sum_ms), 2),
         number(Some(share(sum_ms)), 1),
+        draws.to_string(),
         megabytes(Some(read_bytes)),
         megabytes(Some(written_bytes)),
     ]);
-    let mut text = table([Column::Name, Column::Number, Column::Number, Column::Number, Column::Number], &rows);
+    let [name, number] = [Column::Name, Column::Number];
+    let mut text = table([name, number, number, number, number, number], &rows);
     if !is_of_gpu {
         text.push_str("CPU ms is the time to record a pass, not to execute it: the adapter has no timestamps\n");
     }
@@ -66,21 +70,23 @@ pub fn of_times(times: &[PassTime], bytes: &[PassBytes]) -> String {
 
 /// The passes of a plan in their order, each target on a line of its own, with their sum and the memory of textures.
 pub fn of_plan(plan: &Plan) -> String {
-    let titles = ["pass", "kind", "writes", "format", "size", "read MB", "written MB"];
+    let titles = ["pass", "kind", "writes", "format", "size", "draws", "read MB", "written MB"];
     let mut rows = vec![titles.map(str::to_owned)];
-    for (pass, bytes) in plan.passes.iter().zip(plan.pass_bytes()) {
+    for (pass, work) in plan.passes.iter().zip(plan.pass_work()) {
         let mut targets = targets(plan, pass).into_iter();
         let [name, format, size] = targets.next().unwrap_or_default();
-        let (read, written) = (megabytes(Some(bytes.read)), megabytes(Some(bytes.written)));
-        rows.push([pass.name.to_string(), kind(pass).to_owned(), name, format, size, read, written]);
+        let draws = number(work.draws.map(f64::from), 0);
+        let (read, written) = (megabytes(Some(work.read)), megabytes(Some(work.written)));
+        rows.push([pass.name.to_string(), kind(pass).to_owned(), name, format, size, draws, read, written]);
         let none = String::new;
-        rows.extend(targets.map(|[name, format, size]| [none(), none(), name, format, size, none(), none()]));
+        rows.extend(targets.map(|[name, format, size]| [none(), none(), name, format, size, none(), none(), none()]));
     }
     let none = String::new;
+    let draws: u64 = plan.passes.iter().filter_map(|pass| pass.draws).map(u64::from).sum();
     let (read, written) = (megabytes(Some(plan.read_bytes())), megabytes(Some(plan.written_bytes())));
-    rows.push(["sum".to_owned(), none(), none(), none(), none(), read, written]);
-    let columns =
-        [Column::Name, Column::Word, Column::Name, Column::Word, Column::Word, Column::Number, Column::Number];
+    rows.push(["sum".to_owned(), none(), none(), none(), none(), draws.to_string(), read, written]);
+    let [name, word, number] = [Column::Name, Column::Word, Column::Number];
+    let columns = [name, word, name, word, word, number, number, number];
     let bytes = plan.bytes();
     let [aliased, unaliased, imported, memoryless] =
         [bytes.aliased, bytes.unaliased, bytes.imported, bytes.memoryless].map(|bytes| megabytes(Some(bytes)));
@@ -114,13 +120,13 @@ fn targets(plan: &Plan, pass: &PlannedPass) -> Vec<[String; 3]> {
     written.filter_map(target).collect()
 }
 
-/// What a pass is attached to, be it written or tested alone.
+/// What a pass is attached to, colours or depth or both, be it written or tested alone.
 fn kind(pass: &PlannedPass) -> &'static str {
     let is_color = |attachment: &PlannedAttachment| matches!(attachment.target, Target::Color(_) | Target::Resolve(_));
     let has_color = pass.attachments.iter().any(is_color);
     let has_depth = pass.attachments.iter().any(|attachment| !is_color(attachment));
     match (has_color, has_depth) {
-        (true, true) => "color+depth",
+        (true, true) => "both",
         (true, false) => "color",
         (false, true) => "depth",
         (false, false) => "-",
@@ -193,8 +199,8 @@ mod tests {
         PassTime { name: name.to_owned(), cpu_ms, gpu_ms }
     }
 
-    fn moved(name: &'static str, read: u64, written: u64) -> PassBytes {
-        PassBytes { name: name.into(), read, written }
+    fn done(name: &'static str, draws: Option<u32>, read: u64, written: u64) -> PassWork {
+        PassWork { name: name.into(), draws, read, written }
     }
 
     #[test]
@@ -204,16 +210,23 @@ mod tests {
             time("lighting.clustered", 0.2, Some(4.5)),
             // Beyond the queries of a set there are no times, and of other frames' passes no bytes.
             time("gone", 0.3, None),
+            // Who declares a pass may leave its draws uncounted.
+            time("own", 0.0, Some(0.0)),
         ];
-        let bytes = [moved("geometry", 0, 14_745_600), moved("lighting.clustered", 14_745_600, 7_372_800)];
+        let work = [
+            done("geometry", Some(1200), 0, 14_745_600),
+            done("lighting.clustered", Some(1), 14_745_600, 7_372_800),
+            done("own", None, 0, 0),
+        ];
         let expected = "\
-pass                GPU ms  share %  read MB  written MB
-geometry              1.50     25.0     0.00       14.75
-lighting.clustered    4.50     75.0    14.75        7.37
-gone                     -        -        -           -
-sum                   6.00    100.0    14.75       22.12
+pass                GPU ms  share %  draws  read MB  written MB
+geometry              1.50     25.0   1200     0.00       14.75
+lighting.clustered    4.50     75.0      1    14.75        7.37
+gone                     -        -      -        -           -
+own                   0.00      0.0      -     0.00        0.00
+sum                   6.00    100.0   1201    14.75       22.12
 ";
-        assert_eq!(of_times(&times, &bytes), expected);
+        assert_eq!(of_times(&times, &work), expected);
         assert_eq!(of_times(&[], &bytes), "");
     }
 
@@ -222,8 +235,8 @@ sum                   6.00    100.0    14.75       22.12
         let text = of_times(&[time("a", 0.25, None), time("b", 0.75, None)], &[]);
         let lines: Vec<&str> = text.lines().collect();
         assert!(lines[0].contains("CPU ms") && !text.contains("GPU ms"), "{text}");
-        assert_eq!(lines[1].split_whitespace().collect::<Vec<_>>(), ["a", "0.25", "25.0", "-", "-"]);
-        assert_eq!(lines[3].split_whitespace().collect::<Vec<_>>(), ["sum", "1.00", "100.0", "0.00", "0.00"]);
+        assert_eq!(lines[1].split_whitespace().collect::<Vec<_>>(), ["a", "0.25", "25.0", "-", "-", "-"]);
+        assert_eq!(lines[3].split_whitespace().collect::<Vec<_>>(), ["sum", "1.00", "100.0", "0", "0.00", "0.00"]);
         assert!(lines[4].contains("the adapter has no timestamps") && lines[4].len() <= LINE_CHARACTERS, "{text}");
         // Nothing is divided by nothing.
         assert!(of_times(&[time("a", 0.0, None)], &[]).contains(" 0.0 "));

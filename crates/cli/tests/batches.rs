@@ -125,7 +125,7 @@ fn reports_are_lines_wherever_there_may_be_several_pictures() {
     let run =
         |args: &[&str]| render(&folder, &[args, &["one/tri.glb", "-o", "x/", "--report", "-"]].concat()).expect(0);
     let (said, quiet) = (run(&[]), run(&["--quiet"]));
-    assert!(said.stderr.contains("share %") && said.stderr.contains("\nsum "), "{}", said.stderr);
+    assert!(said.stderr.contains("share %  draws") && said.stderr.contains("\nsum "), "{}", said.stderr);
     assert!(lines(&said.text().replace('\n', " "))[0]["passes"].is_array());
     assert!(!quiet.stderr.contains("share %"), "{}", quiet.stderr);
     // The last of a flag that is given twice wins; those that repeat repeat.

@@ -383,6 +383,14 @@ fn bench_ends_with_a_line_of_json() {
     let rows: Vec<&str> = table.lines().skip(1).take(passes.len() + 1).collect();
     assert!(names.chain(["sum"]).zip(&rows).all(|(name, row)| row.starts_with(&format!("{name} "))), "{text}");
     assert!(rows.len() == passes.len() + 1 && rows.iter().all(|row| row.chars().count() <= 100), "{text}");
+    // Each pass says how many draws it takes: together those of surfaces, and one for the whole picture.
+    let draws = |name: &str| passes.iter().find(|pass| pass["name"] == name).and_then(|pass| pass["draws"].as_u64());
+    let (opaque, others) = (draws("geometry").expect("draws"), draws("forward").expect("draws"));
+    assert!(opaque > 0 && Some(opaque + others) >= value["info"]["draws"].as_u64(), "{text}");
+    assert_eq!(draws("tone_map"), Some(1), "{text}");
+    let sum: u64 = passes.iter().map(|pass| pass["draws"].as_u64().expect("draws")).sum();
+    let last = rows.last().expect("a sum").split_whitespace().nth(3);
+    assert!(text.contains("  draws  ") && last == Some(sum.to_string().as_str()), "{text}");
     assert!(value["timeToFirstFrame"].as_f64() > Some(0.0) && value["info"]["lights"].as_u64() > Some(1000));
     assert!(value["info"]["visited_over_in_range"].as_f64() >= Some(1.0));
     assert_eq!(picture(&folder.join("b.png")).dimensions(), (64, 36));
@@ -422,10 +430,15 @@ fn graphs_print_in_every_format() {
     // A long name is cut, and keeps its beginning.
     let table = graph("table");
     let plan = json(&graph("json"));
-    let names = plan["plan"]["passes"].as_array().expect("passes").iter();
-    let mut starts = names.map(|pass| pass["name"].as_str().and_then(|name| name.get(..6)).unwrap_or_default());
+    let passes = plan["plan"]["passes"].as_array().expect("passes").iter();
+    let mut starts =
+        passes.clone().map(|pass| pass["name"].as_str().and_then(|name| name.get(..6)).unwrap_or_default());
     assert!(starts.all(|start| table.lines().any(|line| line.starts_with(start))), "{table}");
     assert!(table.starts_with("pass ") && table.contains("Rgba16Float") && table.contains("\nsum "), "{table}");
     assert!(table.lines().all(|line| line.chars().count() <= 100), "{table}");
+    // The one triangle is a draw of its own.
+    let geometry = passes.clone().find(|pass| pass["name"] == "geometry");
+    assert_eq!(geometry.and_then(|pass| pass["draws"].as_u64()), Some(1), "{table}");
+    assert!(table.lines().next().is_some_and(|titles| titles.contains("  draws  ")), "{table}");
     assert!(json(&run_in(&folder, &["adapters", "--json"]).expect(0).text())[0]["name"].is_string());
 }

@@ -167,6 +167,8 @@ pub(crate) struct PassNode<'frame> {
     pub(crate) name: Cow<'static, str>,
     pub(crate) uses: Range<u32>,
     pub(crate) side_effect: bool,
+    /// Draw calls, where somebody has counted them.
+    pub(crate) draws: Option<u32>,
     pub(crate) run: Option<RunFn<'frame>>,
 }
 
@@ -301,7 +303,7 @@ impl<'frame> Graph<'frame> {
     pub fn pass(&mut self, name: impl Into<Cow<'static, str>>) -> Pass<'_, 'frame> {
         let first_use = self.uses.len() as u32;
         let name = self.named(name.into());
-        self.passes.push(PassNode { name, uses: first_use..first_use, side_effect: false, run: None });
+        self.passes.push(PassNode { name, uses: first_use..first_use, side_effect: false, draws: None, run: None });
         Pass { graph: self }
     }
 
@@ -393,6 +395,13 @@ impl<'frame> Pass<'_, 'frame> {
     pub fn side_effect(&mut self) {
         if let Some(pass) = self.graph.passes.last_mut() {
             pass.side_effect = true;
+        }
+    }
+
+    /// Says how many draw calls the pass records, for [`crate::PlannedPass::draws`].
+    pub fn count_draws(&mut self, draws: usize) {
+        if let Some(pass) = self.graph.passes.last_mut() {
+            pass.draws = Some(u32::try_from(draws).unwrap_or(u32::MAX));
         }
     }
 

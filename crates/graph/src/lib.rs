@@ -74,6 +74,6 @@ pub use error::PlanError;
 pub use execute::{Executor, PassContext, RunOptions, Timing};
 pub use graph::{ColorLoad, DepthLoad, Export, Graph, Handle, History, Pass, Read};
 pub use part::Part;
-pub use plan::{Load, PassBytes, Plan, PlanBytes, PlannedAttachment, PlannedPass, PlannedRead, PlannedTexture, Target};
+pub use plan::{Load, PassWork, Plan, PlanBytes, PlannedAttachment, PlannedPass, PlannedRead, PlannedTexture, Target};
 pub use report::{PassTime, Run, RunReport, TapPixels};
 pub use tap::{Tap, Taps, Untapped};

@@ -39,6 +39,8 @@ pub struct PlannedPass {
     pub group: u32,
     /// Size of the attachments in texels.
     pub size: (u32, u32),
+    /// Draw calls, of passes that count them ([`crate::Pass::count_draws`]) or draw nothing.
+    pub draws: Option<u32>,
     /// What the pass draws to, colour targets in slot order.
     pub attachments: Vec<PlannedAttachment>,
     /// What the pass samples.
@@ -168,11 +170,13 @@ impl Plan {
     }
 }
 
-/// What a pass moves.
+/// What a pass draws and moves.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct PassBytes {
+pub struct PassWork {
     /// Name of the pass.
     pub name: Cow<'static, str>,
+    /// [`PlannedPass::draws`].
+    pub draws: Option<u32>,
     /// Bytes of what it samples, each texture or view once.
     pub read: u64,
     /// Bytes of what it draws to, each target once.
@@ -192,10 +196,11 @@ impl Plan {
         self.passes.iter().map(|pass| self.read_by(pass)).sum()
     }
 
-    /// What each pass moves, in their order: the parts of [`Self::read_bytes`] and [`Self::written_bytes`].
-    pub fn pass_bytes(&self) -> Vec<PassBytes> {
-        let of_pass = |pass: &PlannedPass| PassBytes {
+    /// What each pass draws and moves, in their order: the parts of [`Self::read_bytes`] and [`Self::written_bytes`].
+    pub fn pass_work(&self) -> Vec<PassWork> {
+        let of_pass = |pass: &PlannedPass| PassWork {
             name: pass.name.clone(),
+            draws: pass.draws,
             read: self.read_by(pass),
             written: self.written_by(pass),
         };
@@ -325,6 +330,7 @@ fn plan_pass(
         declared: declared as u32,
         group: 0,
         size: (0, 0),
+        draws: if pass.run.is_some() { pass.draws } else { Some(0) },
         attachments: Vec::with_capacity(attachment_count),
         reads: Vec::with_capacity(uses.len() - attachment_count),
     };

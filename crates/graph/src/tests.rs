@@ -112,6 +112,30 @@ fn mips_are_written_and_read_one_by_one() {
 }
 
 #[test]
+fn draws_are_what_passes_count_and_none_is_drawn_without() {
+    let mut graph = graph();
+    let mut result = graph.texture("result", desc(8, F::R32Float));
+    let keep = ColorLoad::Keep;
+    for (name, load, draws, is_drawn) in
+        [("counted", CLEAR, Some(3), true), ("uncounted", keep, None, true), ("cleared", keep, None, false)]
+    {
+        let mut pass = graph.pass(name);
+        result = pass.color(result, load);
+        if let Some(draws) = draws {
+            pass.count_draws(draws);
+        }
+        if is_drawn {
+            pass.draw(|_| {});
+        }
+    }
+    graph.export(result);
+    let plan = graph.plan().expect("plans");
+    let draws: Vec<_> = plan.pass_work().iter().map(|work| work.draws).collect();
+    assert_eq!(draws, [Some(3), None, Some(0)]);
+    assert!(plan.to_json().contains("\"draws\": 3"));
+}
+
+#[test]
 fn a_side_effect_keeps_a_pass() {
     let mut graph = graph();
     let target = graph.texture("target", desc(8, F::R32Float));
@@ -205,7 +229,7 @@ bytes: 3840 aliased of 3840, 0 imported, 3072 of the aliased memoryless
     assert_eq!(plan.written_bytes(), 64 * (4 * (8 + 4) + (4 * 8 + 8) + 4));
     // Only the mean is sampled.
     assert_eq!(plan.read_bytes(), 64 * 8);
-    let moved: Vec<_> = plan.pass_bytes().into_iter().map(|pass| (pass.name, pass.read, pass.written)).collect();
+    let moved: Vec<_> = plan.pass_work().into_iter().map(|pass| (pass.name, pass.read, pass.written)).collect();
     let opaque = 64 * 4 * (8 + 4);
     assert_eq!(
         moved,

@@ -27,6 +27,8 @@ const TRANSFORMS: [(f32, [f32; 2]); 5] = [
 enum Slot {
     Normal,
     CoatNormal,
+    /// On the second set of UVs, along which tangents lie then.
+    CoatNormalOfSecondSet,
     Anisotropy,
 }
 
@@ -97,12 +99,16 @@ fn file(slot: Slot, transform: (f32, [f32; 2]), way: Way, has_tangents: bool) ->
         let (rotation, scale) = transform;
         map["extensions"] = json!({ "KHR_texture_transform": { "rotation": rotation, "scale": scale } });
     }
+    if slot == Slot::CoatNormalOfSecondSet {
+        attributes["TEXCOORD_1"] = json!(2);
+        map["texCoord"] = json!(1);
+    }
     let mut material = json!({ "pbrMetallicRoughness": {
         "baseColorFactor": [0.6, 0.6, 0.6, 1.0], "metallicFactor": 0.0, "roughnessFactor": 0.5,
     } });
     match slot {
         Slot::Normal => material["normalTexture"] = map,
-        Slot::CoatNormal => {
+        Slot::CoatNormal | Slot::CoatNormalOfSecondSet => {
             let coat = json!({ "clearcoatFactor": 1, "clearcoatRoughnessFactor": 0.3, "clearcoatNormalTexture": map });
             material["extensions"] = json!({ "KHR_materials_clearcoat": coat });
         }
@@ -141,9 +147,12 @@ fn what_maps_say_of_directions_turns_with_their_transform() {
     let mut renderer = common::renderer();
     let projection = Projection::Orthographic { height_m: 2.0, near_m: 0.01, far_m: 20.0 };
     let view = View { world_from_view: Mat4::from_translation(Vec3::Z * 5.0), projection };
-    for slot in [Slot::Normal, Slot::CoatNormal, Slot::Anisotropy] {
+    for slot in [Slot::Normal, Slot::CoatNormal, Slot::CoatNormalOfSecondSet, Slot::Anisotropy] {
         for transform in TRANSFORMS {
             for has_tangents in [false, true] {
+                if slot == Slot::CoatNormalOfSecondSet && (has_tangents || transform != TRANSFORMS[0]) {
+                    continue;
+                }
                 let mut seen = |way| picture(&mut renderer, &file(slot, transform, way, has_tangents).scene(), view);
                 let [transformed, baked, plain] = [Way::Transformed, Way::Baked, Way::Plain].map(&mut seen);
                 let (same, other) = (difference(&transformed, &baked), difference(&plain, &baked));

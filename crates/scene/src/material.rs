@@ -141,6 +141,15 @@ pub struct Material {
     pub light_map: Option<LightMap>,
 }
 
+impl Material {
+    /// The UV set along which the tangents of its surfaces lie, if it needs any.
+    pub fn tangent_uv_set(&self) -> Option<u32> {
+        let of_coat = self.clearcoat.and_then(|coat| coat.normal_texture);
+        let of_anisotropy = self.anisotropy.map(|anisotropy| anisotropy.texture.map_or(0, |texture| texture.uv_set));
+        self.normal_texture.or(of_coat).map(|texture| texture.uv_set).or(of_anisotropy)
+    }
+}
+
 impl Default for Material {
     fn default() -> Self {
         Self {

@@ -27,6 +27,8 @@ pub enum Many {
     Channels,
     /// Corners of a polygon, a star.
     Corners,
+    /// Points of a cloud, evenly on a disc.
+    Points,
     /// Lines of OBJ that go on in the next.
     Continuations,
     /// Items of an overlay, each beside a node of its own.
@@ -35,7 +37,7 @@ pub enum Many {
 
 impl Many {
     /// All of them.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 13] = [
         Self::Nodes,
         Self::Generations,
         Self::Skinned,
@@ -46,6 +48,7 @@ impl Many {
         Self::Cameras,
         Self::Channels,
         Self::Corners,
+        Self::Points,
         Self::Continuations,
         Self::Items,
     ];
@@ -63,6 +66,7 @@ impl Many {
             Self::Cameras => "cameras",
             Self::Channels => "animated materials",
             Self::Corners => "corners of a polygon",
+            Self::Points => "points",
             Self::Continuations => "lines that go on",
             Self::Items => "overlay items",
         }
@@ -73,7 +77,7 @@ impl Many {
     pub fn file_name(self, count: usize) -> String {
         let stem = self.name().replace(' ', "-");
         let ending = match self {
-            Self::Corners => "ply",
+            Self::Corners | Self::Points => "ply",
             Self::Continuations => "obj",
             Self::Items => "stage.toml",
             _ => "gltf",
@@ -85,6 +89,7 @@ impl Many {
     pub fn text(self, count: usize) -> String {
         match self {
             Self::Corners => star(count),
+            Self::Points => cloud(count),
             Self::Continuations => {
                 let lines = "1 \\\n".repeat(count);
                 format!("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\nl {lines}2\n")
@@ -160,7 +165,7 @@ impl Many {
                     each(&channel)
                 );
             }
-            Self::Corners | Self::Continuations | Self::Items => {}
+            Self::Corners | Self::Points | Self::Continuations | Self::Items => {}
         }
         // Positions, times and colours of an animation, weights of joints. Joints are all 0, as the first position is.
         let floats: [f32; 29] = [
@@ -204,6 +209,20 @@ fn star(count: usize) -> String {
     text
 }
 
+/// PLY with points alone, on a disc of radius 1: each has as much of it (Vogel 1979).
+fn cloud(count: usize) -> String {
+    const GOLDEN_ANGLE_RAD: f64 = 2.399_963_229_728_653;
+    let mut text = format!(
+        "ply\nformat ascii 1.0\nelement vertex {count}\nproperty float x\nproperty float y\nproperty float z\nend_header\n"
+    );
+    for i in 0..count {
+        let (sin, cos) = (GOLDEN_ANGLE_RAD * i as f64).sin_cos();
+        let radius = ((i as f64 + 0.5) / count as f64).sqrt();
+        let _ = writeln!(text, "{:.6} {:.6} 0", radius * cos, radius * sin);
+    }
+    text
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -235,6 +254,7 @@ mod tests {
                 Many::Cameras => scene.placed_cameras().len(),
                 Many::Channels => scene.animations[0].properties.len(),
                 Many::Corners => scene.meshes[0].primitives[0].indices.len() / 3 + 2,
+                Many::Points => scene.meshes[0].primitives[0].positions.len(),
                 // The triangle, and a line from each vertex to the next.
                 Many::Continuations => scene.meshes[0].primitives[1].indices.len() / 2,
                 Many::Items => scene.overlay.items.len(),

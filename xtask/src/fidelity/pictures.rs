@@ -66,7 +66,10 @@ impl Fidelity<'_> {
         let large = self.folder.join(format!("{}.large.png", scenario.name));
         let mut command = Command::new(&self.program);
         command.arg("render").arg(model).arg("-o").arg(&large).arg("--environment").arg(environment);
-        command.args(["--size", &format!("{}x{}", SCALE * size.0, SCALE * size.1), "--samples", SAMPLES]);
+        // Published pictures have the aspect of the scene up to whole pixels, and show what the scene's camera shows.
+        let (width, aspect) = (SCALE * size.0, scenario.size_px.0 / scenario.size_px.1);
+        let height = (f64::from(width) / aspect).round() as u32;
+        command.args(["--size", &format!("{width}x{height}"), "--samples", SAMPLES]);
         command.args(["--eye", &vector(scenario.eye), "--target", &vector(scenario.target)]);
         command.args(["--fov-y", &scenario.fov_y_deg.to_string()]);
         command.args(["--background", if scenario.shows_environment { "environment" } else { "transparent" }]);

@@ -289,7 +289,7 @@ impl Batch<'_> {
             hints: &loaded.hints,
         })?;
         if report.is_shown() && !self.args.quiet {
-            let passes = table::of_times(&pass_times, &plan.pass_bytes());
+            let passes = table::of_times(&pass_times, &plan.pass_work());
             self.bar.suspend(|| say(format_args!("{}", passes.trim_end())));
         }
         Ok(())

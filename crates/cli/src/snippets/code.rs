@@ -10,6 +10,40 @@ const TYPES: [&str; 2] = ["crates/web/module/manypass_web.d.ts", "crates/web/src
 /// What pages of the docs show of Rust stands in such a file: a module of doc tests.
 const DOC_TESTS: &str = "snippets.rs";
 
+/// Options of F3D 4.0.0 that say how it draws: what begins with `render.` of `f3d.Options().get_all_names()` of the
+/// package at <https://pypi.org/project/f3d/4.0.0/>, and the axes of its window.
+const F3D_OPTIONS: [&str; 29] = [
+    "render.armature.enable",
+    "render.axes_grid.enable",
+    "render.backface_type",
+    "render.background.blur_coc",
+    "render.background.color",
+    "render.background.skybox",
+    "render.effect.ambient_occlusion",
+    "render.effect.antialiasing.mode",
+    "render.effect.blending.mode",
+    "render.effect.display_depth",
+    "render.effect.final_shader",
+    "render.effect.tone_mapping",
+    "render.grid.absolute",
+    "render.grid.color",
+    "render.grid.enable",
+    "render.grid.opacity",
+    "render.grid.reflection",
+    "render.grid.subdivisions",
+    "render.grid.unit",
+    "render.hdri.ambient",
+    "render.hdri.file",
+    "render.light.intensity",
+    "render.line_width",
+    "render.point_size",
+    "render.raytracing.denoise",
+    "render.raytracing.enable",
+    "render.raytracing.samples",
+    "render.show_edges",
+    "ui.axis",
+];
+
 /// A file of the repository.
 struct Source {
     name: String,
@@ -155,6 +189,21 @@ fn names(line: &str) -> Vec<(String, Name)> {
         }
     }
     found
+}
+
+/// Keys of a table of options that F3D does not have, of a snippet that calls it.
+pub fn f3d_faults(snippet: &Snippet) -> Vec<String> {
+    let mut faults = Vec::new();
+    for (at, line) in snippet.text.lines().enumerate().filter(|_| snippet.text.contains("import f3d")) {
+        let parts: Vec<&str> = line.split('"').collect();
+        // Between quotes stands every other part, and a key is what a colon follows.
+        for pair in parts.get(1..).unwrap_or_default().chunks_exact(2) {
+            if pair[1].trim_start().starts_with(':') && !F3D_OPTIONS.contains(&pair[0]) {
+                faults.push(format!("{}: F3D has no option `{}`", snippet.place(at), pair[0]));
+            }
+        }
+    }
+    faults
 }
 
 /// What Python says of a snippet that it cannot parse, at its line. Without Python nothing is said.

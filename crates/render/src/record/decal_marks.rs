@@ -107,6 +107,7 @@ impl Recorder<'_, '_> {
         }
         let mut pass = self.graph.pass(name);
         let depth = pass.depth_stencil(depth, DepthLoad::Keep);
+        pass.count_draws(steps.iter().map(|(_, ranges)| ranges.len()).sum());
         pass.draw(move |context| {
             let render_pass = &mut *context.render_pass;
             render_pass.set_bind_group(0, &view.group, &[]);

@@ -250,7 +250,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         };
         let program = pipeline.program.clone();
         let slots = self.slots(&program)?;
-        let Self { pass, frame, view, rectangles, leaves_out, elements: (vertices, instances), .. } = self;
+        let Self { mut pass, frame, view, rectangles, leaves_out, elements: (vertices, instances), .. } = self;
         let whole = [0, 0, desc.width, desc.height];
         let rectangles = match &view.unsettled {
             Some(unsettled) if leaves_out => {
@@ -260,6 +260,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             }
             _ => rectangles,
         };
+        pass.count_draws(rectangles.as_ref().map_or(1, Vec::len));
         pass.draw(move |context| {
             let resources = slots.into_iter().map(|slot| slot.resource(context));
             let group = frame.bind_groups.of_program(context.device, &program, 1, resources.collect());

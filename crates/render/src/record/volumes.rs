@@ -222,6 +222,7 @@ impl Fullscreen<'_, '_> {
             pass.depth_stencil_read_only(&depth);
             depth
         };
+        pass.count_draws(steps.len());
         pass.draw(move |context| {
             let groups: Vec<_> = steps
                 .into_iter()

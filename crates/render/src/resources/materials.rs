@@ -353,8 +353,9 @@ impl Described {
             (material.emissive_texture, sampled(material.emissive_texture, true)),
         ];
         let is_there = |slot: usize| slots[slot].1.is_some();
-        let uv_rows = uv_rows_of(slots.each_ref().map(|(reference, sampled)| reference.filter(|_| sampled.is_some())));
-        let as_it_is = uv_rows_of([None; 5]);
+        let maps = slots.each_ref().map(|(reference, sampled)| reference.filter(|_| sampled.is_some()));
+        let uv_rows = uv_rows_of(maps, material.tangent_uv_set().unwrap_or(0));
+        let as_it_is = uv_rows_of([None; 5], 0);
         let is_dark = material.emissive_texture.is_some() && !is_there(4);
         let masked = matches!(material.alpha_mode, AlphaMode::Mask { .. });
         let blended = material.alpha_mode == AlphaMode::Blend;
@@ -420,14 +421,16 @@ impl Described {
     }
 }
 
-/// Two rows of the matrix of each map, with its UV set in the fourth column of the first.
-fn uv_rows_of(maps: [Option<TextureRef>; 5]) -> [Vec4; 10] {
+/// Two rows of the matrix of each map, with its UV set in the fourth column of the first; where there is no normal map,
+/// with the set of the tangents in its place, which another map may need.
+fn uv_rows_of(maps: [Option<TextureRef>; 5], tangent_uv_set: u32) -> [Vec4; 10] {
     let mut rows = [Vec4::ZERO; 10];
     for (pair, map) in rows.chunks_exact_mut(2).zip(maps) {
         let (matrix, set) = map.map_or((glam::Mat3::IDENTITY, 0), |map| (map.transform.matrix(), map.uv_set));
         pair[0] = matrix.row(0).extend(set as f32);
         pair[1] = matrix.row(1).extend(0.0);
     }
+    rows[4].w = tangent_uv_set as f32;
     rows
 }
 

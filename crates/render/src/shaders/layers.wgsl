@@ -46,8 +46,8 @@ struct LayerSample {
     diffuse_transmission: vec4f,
 }
 
-// What makes a map's UVs of those that tangents are for: the set of the normal map. How another set lies to it nobody
-// says, and tangents are taken as they are.
+// What makes a map's UVs of those that tangents are for: the set of the normal map, or without one that of the coat's
+// or of the anisotropy's. How another set lies to it nobody says, and tangents are taken as they are.
 fn tangent_rows(map: u32) -> array<vec4f, 2> {
     let row0 = layer_factors.maps[map * 2u];
     if row0.w == material_factors.uv_rows[4].w {

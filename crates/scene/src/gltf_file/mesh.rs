@@ -106,20 +106,13 @@ fn complete(
         let coarser = materials.get(material).and_then(|material| material.levels.as_ref());
         std::iter::once(material).chain(coarser.into_iter().flat_map(|levels| levels.coarser.iter().copied()))
     });
-    if let Some(uv_set) = with_levels.filter_map(|material| tangent_uv_set(materials.get(material)?)).next()
+    if let Some(uv_set) = with_levels.filter_map(|material| materials.get(material)?.tangent_uv_set()).next()
         && primitive.tangents.is_empty()
     {
         document.spend(unwelded_bytes, &json.pointer)?;
         geometry::add_tangents(primitive, uv_set);
     }
     Ok(())
-}
-
-/// The UV set along which the tangents of a material's surfaces lie, if it needs any.
-fn tangent_uv_set(material: &Material) -> Option<u32> {
-    let of_coat = material.clearcoat.and_then(|coat| coat.normal_texture);
-    let of_anisotropy = material.anisotropy.map(|anisotropy| anisotropy.texture.map_or(0, |texture| texture.uv_set));
-    material.normal_texture.or(of_coat).map(|texture| texture.uv_set).or(of_anisotropy)
 }
 
 /// The variants that give the primitive another material.

@@ -5,12 +5,15 @@ use super::names::Pattern;
 use super::table::{Placed, Source, Table};
 use crate::gltf_file::geometry::add_tangents;
 use crate::{Diagnostic, Image, Primitive, Sampler, Scene, Texture, TextureRef, Wrap};
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 /// The words of `slot`.
 pub(super) const SLOTS: &[&str] = &["emission", "base_color"];
+
+/// A picture fills the UV square 0 to 1. UVs that go beyond it by no more than this hide nothing of it that anybody sees.
+const UV_MARGIN: f32 = 0.01;
 
 /// Where a picture is shown, by the keys `material`, `slot`, `luminance_cd_m2` and `texcoord`.
 #[derive(Clone, Debug)]
@@ -126,6 +129,18 @@ impl Screen {
                 pattern.text()
             ));
         }
+        let (least, most) = uv_range(scene, &found, texture);
+        if least.min_element() < -UV_MARGIN || most.max_element() > 1.0 + UV_MARGIN {
+            warnings.push(format!(
+                "UVs of `{}` go from ({:.2}, {:.2}) to ({:.2}, {:.2}): {what} fills the square from 0 to 1, and beyond it \
+                 its edge is repeated; give the model UVs from 0 to 1",
+                pattern.text(),
+                least.x,
+                least.y,
+                most.x,
+                most.y
+            ));
+        }
         Ok(())
     }
 }
@@ -142,15 +157,73 @@ fn kind_of(image: &Image) -> String {
     format!("the {kind} `{}`", image.name)
 }
 
-/// Whether surfaces of materials lack the UVs that their map lies on.
-fn lacks_uvs(scene: &Scene, materials: &[usize], texture: usize) -> bool {
-    let set_of = |material: usize| {
+/// Of each primitive that has one of `materials`, the UVs on which the map lies that shows `texture`, and that map.
+fn mapped<'s>(
+    scene: &'s Scene,
+    materials: &[usize],
+    texture: usize,
+) -> impl Iterator<Item = (&'s [[f32; 2]], TextureRef)> {
+    let map_of = move |material: usize| {
         let material = scene.materials.get(material).filter(|_| materials.contains(&material))?;
         let maps = [material.emissive_texture, material.base_color_texture];
-        maps.into_iter().flatten().find(|map| map.texture == texture).map(|map| map.uv_set)
+        maps.into_iter().flatten().find(|map| map.texture == texture)
     };
-    scene.meshes.iter().flat_map(|mesh| &mesh.primitives).any(|primitive| {
-        let sets = primitive.material.and_then(set_of);
-        sets.is_some_and(|set| if set == 0 { primitive.uv0.is_empty() } else { primitive.uv1.is_empty() })
+    scene.meshes.iter().flat_map(|mesh| &mesh.primitives).filter_map(move |primitive| {
+        let map = primitive.material.and_then(map_of)?;
+        let uvs = if map.uv_set == 0 { &primitive.uv0 } else { &primitive.uv1 };
+        Some((&uvs[..], map))
     })
+}
+
+/// Whether surfaces of materials lack the UVs that their map lies on.
+fn lacks_uvs(scene: &Scene, materials: &[usize], texture: usize) -> bool {
+    mapped(scene, materials, texture).any(|(uvs, _)| uvs.is_empty())
+}
+
+/// The least and the greatest UVs at which surfaces of materials show their map; infinite where there are none.
+fn uv_range(scene: &Scene, materials: &[usize], texture: usize) -> (Vec2, Vec2) {
+    let (mut least, mut most) = (Vec2::INFINITY, Vec2::NEG_INFINITY);
+    for (uvs, map) in mapped(scene, materials, texture) {
+        let placement = map.transform.matrix();
+        for uv in uvs {
+            let uv = placement.transform_point2(Vec2::from(*uv));
+            (least, most) = (least.min(uv), most.max(uv));
+        }
+    }
+    (least, most)
+}
+
+#[cfg(test)]
+mod tests {
+    #![allow(clippy::unwrap_used, reason = "a test may panic")]
+
+    use crate::stage::Stage;
+    use crate::{Material, Mesh, Primitive, Scene, primitives};
+
+    #[test]
+    fn uvs_beyond_the_picture_are_told_once_with_their_numbers() {
+        let warnings = |entry: &str, first: f32, size: f32| {
+            let mut square = Primitive { material: Some(0), ..primitives::plane(2.0) };
+            square.uv0.iter_mut().flatten().for_each(|uv| *uv = first + size * *uv);
+            let mut scene = Scene::default();
+            scene.materials.push(Material { name: "Screen".into(), ..Material::default() });
+            for _ in 0..2 {
+                scene.meshes.push(Mesh { primitives: vec![square.clone()], ..Mesh::default() }.into());
+            }
+            let text = format!("model = \"m.glb\"\n{entry}name = \"a\"\nmaterial = \"Screen\"\n");
+            let stage = Stage::parse("a.stage.toml", &text).unwrap();
+            stage.apply_with(&mut scene, &mut |name| Err(format!("no {name}"))).unwrap()
+        };
+        for (entry, what) in [
+            ("[[monitors]]\nposition = [0, 2, 0]\ntarget = [0, 0, 0]\n", "the monitor `a`"),
+            ("[[simulations]]\nprogram = \"fluid\"\n", "the simulation `a`"),
+            ("[[simulations]]\nprogram = \"fluid\"\nnormal_picture = \"normals\"\n", "the simulation `a`"),
+        ] {
+            let found = warnings(entry, -0.5, 3.0);
+            let expected = format!("UVs of `Screen` go from (-0.50, -0.50) to (2.50, 2.50): {what} fills the square");
+            assert!(found.len() == 1 && found[0].starts_with(&expected), "{found:?}");
+            // Not a hundredth of the picture is beyond it.
+            assert_eq!((warnings(entry, 0.0, 1.0), warnings(entry, -0.005, 1.01)), (vec![], vec![]), "{what}");
+        }
+    }
 }

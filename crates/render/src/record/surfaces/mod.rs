@@ -22,7 +22,7 @@ use bytemuck::Pod;
 use encode::encode;
 use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, Read, TextureDesc};
 use pipelines::Targets;
-use prepared::{BoundShapes, Preparing};
+use prepared::{BoundShapes, Chunk, Preparing};
 use std::borrow::Cow;
 
 /// Which of the draws of a list.
@@ -273,7 +273,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     }
 
     fn draw(self, draws: Cow<'f, [Draw]>, which: Which) -> Result<(), ProgramError> {
-        let Self { name, pass, frame, view, program, resources: mut of_pass, reads, axes, .. } = self;
+        let Self { name, mut pass, frame, view, program, resources: mut of_pass, reads, axes, .. } = self;
         let Self { colors, blend, depth, constants, vertices_alone, backs, decals, leaves_out, .. } = self;
         let constants = constants.into_iter().chain(view.constants_of(program)).collect();
         let Some((TextureDesc { format: depth, samples, .. }, depth_write)) = depth else {
@@ -296,6 +296,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         if reads.is_empty() {
             let chunks = prepare(&of_pass, &targets)?;
             let key = PassKey { view: view.name.clone(), pass: name };
+            pass.count_draws(chunks.iter().map(Chunk::draws).sum());
             pass.draw(move |context| frame.bundles.draw(context.render_pass, (frame, view), (key, targets), chunks));
             return Ok(());
         }
@@ -303,7 +304,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         let of_graph = reads.len();
         let white = || Resource::Texture(frame.resources.textures.white().clone());
         of_pass.extend(reads.iter().map(|(name, _)| (*name, white())));
-        prepare(&of_pass, &targets)?;
+        pass.count_draws(prepare(&of_pass, &targets)?.iter().map(Chunk::draws).sum());
         pass.draw(move |context| {
             of_pass.truncate(of_pass.len() - of_graph);
             let read = |(name, read)| (name, Resource::Texture(context.view(read).clone()));

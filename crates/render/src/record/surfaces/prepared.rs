@@ -59,6 +59,13 @@ pub(super) struct Chunk {
     pub commands: Vec<Command>,
 }
 
+impl Chunk {
+    /// Its draw calls.
+    pub fn draws(&self) -> usize {
+        self.commands.iter().filter(|command| matches!(command, Command::Draw { .. })).count()
+    }
+}
+
 /// What is bound after the commands so far.
 #[derive(Default)]
 struct State {

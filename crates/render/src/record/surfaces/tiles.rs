@@ -64,6 +64,9 @@ impl<'r, 'f> TilePass<'r, 'f> {
         let prepared: Vec<([u32; 4], Vec<Chunk>)> = tiles.iter().map(prepare).collect::<Result<_, ProgramError>>()?;
         let load = if is_first { DepthLoad::Clear { depth: 0.0, stencil: 0 } } else { DepthLoad::Keep };
         let target = pass.depth_stencil(target, load);
+        let clears = if clear.is_some() { prepared.len() } else { 0 };
+        let draws: usize = prepared.iter().flat_map(|(_, chunks)| chunks).map(Chunk::draws).sum();
+        pass.count_draws(clears + draws);
         pass.draw(move |context| {
             let render_pass = &mut *context.render_pass;
             for ([x, y, width, height], chunks) in &prepared {
