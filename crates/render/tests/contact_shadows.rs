@@ -5,10 +5,10 @@
 
 mod common;
 
-use common::inner_pixels;
 use common::shadows::{SIZE, SPOT, light, perspective, radiance, shared, surfaces, unshadowed, world_of};
+use common::{floats, inner_pixels};
 use glam::{DVec3, Quat, Vec3};
-use manypass::{FrameRequest, LightCulling, Path, Renderer};
+use manypass::{Aov, Averaging, FrameRequest, LightCulling, Path, Renderer};
 use manypass_scene::{
     Image, ImageSource, Light, LightKind, Material, Node, PixelFormat, Pixels, Projection, Sampler, Scene, Texture,
     TextureRef, primitives,
@@ -336,4 +336,48 @@ fn paths_and_lenses_without_it_are_refused() {
     let fisheye = request(&scene, 0.25).with(|settings| settings.set("camera.fisheye", "equidistant").unwrap());
     let error = renderer.render(&scene, &fisheye).unwrap_err().to_string();
     assert_eq!(error, "`camera.fisheye=equidistant` needs `shadows.contact_m=0`, which is `above 0`");
+}
+
+/// Nothing is set: occlusion is there, and the box does not float.
+#[test]
+fn a_box_on_a_floor_is_darkest_at_its_foot_by_default() {
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 1.6, 3.5), Vec3::new(0.0, 0.3, 0.0), perspective());
+    builder.put(primitives::plane(4.0), grey(0.5), at(Vec3::ZERO));
+    builder.put(primitives::cube(Vec3::ONE), grey(0.5), at(Vec3::new(0.0, 0.5, 0.0)));
+    let scene = builder.finish();
+    let by_default = FrameRequest {
+        want_aovs: vec![Aov::Position],
+        averaging: Averaging::Both,
+        ..FrameRequest::of_scene(&scene, SIZE.0, SIZE.1)
+    };
+    let mut renderer = shared();
+    load(&mut renderer, &scene);
+    // The light of the floor before the box, by the distance from it, and of the wall that faces it, by the height.
+    let mut lit = |request: &FrameRequest| {
+        renderer.render(&scene, request).unwrap();
+        let radiance = renderer.read_radiance().unwrap();
+        let places = floats(renderer.read_aov(Aov::Position).unwrap());
+        let mean = |is_floor: bool, range: [f32; 2]| {
+            let [mut sum, mut count] = [0.0f32; 2];
+            for (place, light) in places.chunks_exact(3).zip(radiance.chunks_exact(4)) {
+                let [height_m, away_m] = [place[1], place[2] - 0.5];
+                let [across_m, along_m] = if is_floor { [height_m, away_m] } else { [away_m, height_m] };
+                if place[0].abs() < 0.4 && across_m.abs() < 1e-3 && along_m > range[0] && along_m < range[1] {
+                    (sum, count) = (sum + light[1], count + 1.0);
+                }
+            }
+            assert!(count > 10.0, "{count} pixels, {is_floor}, {range:?}");
+            sum / count
+        };
+        let of_floor = [[1e-3, 0.06], [0.06, 0.15], [0.15, 0.3], [0.3, 0.8]].map(|range| mean(true, range));
+        let of_wall = [[1e-3, 0.06], [0.06, 0.12], [0.12, 0.3], [0.3, 0.5]].map(|range| mean(false, range));
+        [of_floor, of_wall]
+    };
+    for [foot, near, beside, open] in lit(&by_default) {
+        assert!(foot < near && near < beside && beside < open, "{foot} {near} {beside} {open}");
+        assert!(foot < 0.96 * open, "{foot} of {open}");
+    }
+    // The test can fail.
+    let without = by_default.with(|settings| settings.occlusion.enabled = false.into());
+    assert!(lit(&without).iter().all(|[foot, .., open]| *foot > 0.98 * open));
 }

@@ -1,6 +1,6 @@
-//! Glass before a background that is none of radiance, a colour or nothing: what lies behind is multiplied by the light
-//! that comes through, channel by channel. Right values are closed forms: nothing shines, so that the picture is the
-//! background times the transmittance.
+//! Glass before a background, a colour, two colours, nothing or an environment: what lies behind is multiplied by the
+//! light that comes through, channel by channel. Right values are closed forms: nothing shines, so that the picture is
+//! the background times the transmittance.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
@@ -148,6 +148,16 @@ fn check(renderer: &mut Renderer, what: &str, scene: &Scene, request: &FrameRequ
         }
         assert_eq!((seen[3], radiance[3]), (255, 1.0));
     }
+    let gradient = Background::Gradient([[0x90, 0x98, 0xa0], [0xa0, 0x9c, 0x90]].map(|color| color.map(linear)));
+    let before_gradient = request.with(|settings| settings.background.source = gradient);
+    let [(seen, _), (beside, _)] = places(renderer, scene, &before_gradient);
+    for channel in 0..3 {
+        assert!((0x90..=0xa0).contains(&beside[channel]), "{what}: the middle of a gradient is {beside:?}");
+        // What is beside it is itself rounded.
+        let expected = encoded(linear(beside[channel]) * through[channel]);
+        let off = (f32::from(seen[channel]) - expected).abs();
+        assert!(off <= 2.0, "{what} over two colours: {seen:?}, channel {channel} is to be {expected}");
+    }
     let request = request.with(|settings| settings.background.source = Background::Transparent);
     let [(seen, radiance), (beside, _)] = places(renderer, scene, &request);
     assert_eq!(beside[3], 0, "{what}: beside it there is nothing");
@@ -159,6 +169,24 @@ fn check(renderer: &mut Renderer, what: &str, scene: &Scene, request: &FrameRequ
         let off = (f32::from(seen[channel]) - expected).abs();
         assert!(off <= 2.0, "{what} over nothing: {seen:?}, channel {channel} is to be {expected}");
         assert!((radiance[channel] - 0.5 * own[channel]).abs() < 2e-3, "{what} over nothing: radiance {radiance:?}");
+    }
+}
+
+/// The same before an environment, whose light glass that mirrors nothing shows nowhere else. Rays are parallel, so that
+/// it has one radiance.
+fn check_environments(renderer: &mut Renderer, what: &str, scene: &Scene, request: &FrameRequest, through: [f32; 3]) {
+    for source in [Environment::Color([0.2, 0.3, 0.1]), Environment::Studio, Environment::Sky] {
+        let request = request.with(|settings| {
+            settings.environment.source = source;
+            settings.background.source = Background::Environment;
+        });
+        let [(_, seen), (_, beside)] = places(renderer, scene, &request);
+        assert!(beside[..3].iter().all(|value| *value > 1e-3), "{what}: {source:?} is dark, {beside:?}");
+        for channel in 0..3 {
+            let expected = beside[channel] * through[channel];
+            let off = (seen[channel] - expected).abs();
+            assert!(off < 4e-3 * beside[channel], "{what} before {source:?}: {seen:?} of {beside:?}, {through:?}");
+        }
     }
 }
 
@@ -176,6 +204,12 @@ fn a_background_is_multiplied_by_what_comes_through_glass() {
                     (path, sample_count, averaging);
                 let what = format!("{what}, {path:?}, {sample_count} samples, {averaging:?}");
                 check(&mut renderer, &what, &scene, &request, through);
+            }
+            // Those two show diffuse light, too.
+            if !["half of light", "a leaf"].contains(&what) && matches!(path, Path::Deferred | Path::Forward) {
+                let mut request = request().with(|settings| settings.render.path = path);
+                request.averaging = Averaging::Radiance;
+                check_environments(&mut renderer, &format!("{what}, {path:?}"), &scene, &request, through);
             }
         }
     }

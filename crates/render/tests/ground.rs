@@ -8,8 +8,9 @@ use common::renderer;
 use glam::{Mat4, Quat, Vec2, Vec3};
 use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Ground, Path, Renderer, Tonemap, View};
 use manypass_scene::framing::{Framing, orbit_rotation};
+use manypass_scene::material::Specular;
 use manypass_scene::{
-    EnvironmentMap, Light, LightKind, Mapped, Material, Mesh, Node, Primitive, Projection, Scene, primitives,
+    AlphaMode, EnvironmentMap, Light, LightKind, Mapped, Material, Mesh, Node, Primitive, Projection, Scene, primitives,
 };
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -390,4 +391,104 @@ fn the_shadow_does_not_jump_on_a_turntable() {
         let next = shadows[(frame + 1) % shadows.len()];
         assert!((next - shadow).abs() < most, "frame {frame}: {shadow}, then {next}");
     }
+}
+
+fn linear(byte: u8) -> f32 {
+    let c = f32::from(byte) / 255.0;
+    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
+}
+
+fn encoded(linear: f32) -> f32 {
+    255.0 * if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// What is left of the samples of the map, against the smooth surface through 5 × 5 pixels (Savitzky and Golay 1964).
+#[test]
+fn the_noise_of_a_shadow_is_less_than_a_level() {
+    let (mut renderer, side) = (renderer(), 320usize);
+    let scene = scene(1.0);
+    let shot = product_shot(&scene, (320, 320), [30.0, 28.0]).with(|settings| {
+        settings.background.source = Background::Transparent;
+        settings.ground.mode = Ground::Shadow;
+    });
+    renderer.render(&scene, &FrameRequest { averaging: Averaging::Both, ..shot }).unwrap();
+    let radiance = renderer.read_radiance().unwrap();
+    let pixel = |x: usize, y: usize| &radiance[4 * (y * side + x)..][..4];
+    // Over white.
+    let level = |x: usize, y: usize| encoded(1.0 - pixel(x, y)[3]);
+    let is_ground = |x: usize, y: usize| pixel(x, y)[..3].iter().all(|value| *value < 1e-4) && pixel(x, y)[3] < 0.95;
+    let (mut count, mut least, mut most) = (0, 0.0f32, 0.0f32);
+    for (x, y) in (3..side - 3).flat_map(|y| (3..side - 3).map(move |x| (x, y))) {
+        // Where the shadow touches the ball it bends within few pixels.
+        let is_soft = (220.0..254.9).contains(&level(x, y));
+        if !is_soft || !(y - 3..=y + 3).all(|y| (x - 3..=x + 3).all(|x| is_ground(x, y))) {
+            continue;
+        }
+        let weighed = |at: u8| {
+            let [i, j] = [at % 5, at / 5];
+            let [across, down] = [i, j].map(|step| f32::from(step) - 2.0);
+            let weight = (27.0 - 5.0 * (across * across + down * down)) / 175.0;
+            weight * level(x + usize::from(i) - 2, y + usize::from(j) - 2)
+        };
+        let off = level(x, y) - (0..25u8).map(weighed).sum::<f32>();
+        (count, least, most) = (count + 1, least.min(off), most.max(off));
+    }
+    assert!(count > 3000, "{count} pixels to look at");
+    assert!(most - least <= 0.3, "from {least} to {most} levels");
+}
+
+/// A ball whose shadow lies on its right, and a pane of a material before that, along the light so that it casts no
+/// shadow but a line.
+fn behind_pane(material: Material) -> Scene {
+    let mut scene = scene(2.0);
+    light_from_the_left(&mut scene);
+    let specular = Some(Specular { weight: Mapped::new(0.0), ..Specular::default() });
+    scene.materials.push(Material { metallic_factor: 0.0, roughness_factor: 0.0, specular, ..material });
+    let pane = Primitive { material: Some(1), ..primitives::cube(Vec3::new(1.5, 3.0, 0.02)) };
+    scene.meshes.push(Mesh { primitives: vec![pane], ..Mesh::default() }.into());
+    scene.add_node(None, Node { mesh: Some(1), translation: Vec3::new(1.8, 2.5, 1.5), ..Node::default() });
+    scene.update_transforms();
+    scene
+}
+
+#[test]
+fn a_shadow_is_seen_through_glass_as_it_is() {
+    let mut renderer = renderer();
+    let request = request(0.6, Ground::Shadow).with(|settings| {
+        settings.environment.source = Environment::None;
+        settings.background.source = Background::Color([1.0; 3]);
+        settings.tone_map.dither = 0.0;
+        settings.occlusion.enabled = false.into();
+        settings.reflections.enabled = false.into();
+    });
+    let mut seen = |material: Material| {
+        renderer.render(&behind_pane(material), &request).unwrap();
+        renderer.read_display().unwrap()
+    };
+    let glass = |color: Vec3| Material {
+        base_color_factor: color.extend(1.0),
+        transmission: Some(Mapped::new(1.0)),
+        ..Material::default()
+    };
+    let nothing =
+        Material { base_color_factor: Vec3::ZERO.extend(0.0), alpha_mode: AlphaMode::Blend, ..Material::default() };
+    let bare = seen(nothing);
+    let clear = seen(glass(Vec3::ONE));
+    assert!(bare.iter().zip(&clear).all(|(bare, clear)| bare.abs_diff(*clear) <= 1), "clear glass shows");
+    let color = Vec3::new(0.9, 0.2, 0.05);
+    let red = seen(glass(color));
+    // The pixels of the pane, without its edges.
+    let pixels = (20..46usize).flat_map(|row| (62..76usize).map(move |column| 4 * (row * SIZE as usize + column)));
+    let (mut count, mut dark, mut off) = (0, 0, 0);
+    for at in pixels {
+        let apart = |channel: usize| {
+            let expected = encoded(linear(bare[at + channel]) * color[channel]);
+            (f32::from(red[at + channel]) - expected).abs()
+        };
+        let most = (0..3).map(apart).fold(0.0, f32::max);
+        assert!(most < 6.0, "{most} levels");
+        (count, dark, off) = (count + 1, dark + u32::from(bare[at] < 200), off + u32::from(most > 2.0));
+    }
+    assert!(dark > 80 && dark < count - 80, "{dark} of {count} in shadow: nothing to look at");
+    assert!(20 * off <= count, "{off} of {count}");
 }

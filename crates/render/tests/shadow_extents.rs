@@ -1,4 +1,5 @@
-//! Shadows of what is beside the eye, whatever the scene's extent, against the ray caster.
+//! What is beside the eye looks the same whatever the scene's extent: shadows, against the ray caster, occlusion,
+//! reflections, fog and decals.
 //!
 //! These need an adapter; the software one will do.
 
@@ -6,12 +7,15 @@
 
 mod common;
 
-use common::inner_pixels;
-use common::shadows::{SIZE, light, request, shares, surfaces, world_of};
-use glam::Vec3;
-use manypass_scene::{LightKind, Projection, Scene, primitives};
+use common::shadows::{SIZE, light, radiance, request, shared, shares, surfaces, world_of};
+use common::{inner_pixels, plain_request};
+use glam::{Quat, Vec3};
+use manypass::{Environment, FogMode, Resolution, Settings};
+use manypass_scene::decal::{Decal, DecalLook};
+use manypass_scene::{LightKind, Material, Node, Projection, Scene, ShadingModel, primitives};
 use manypass_testkit::build::{SceneBuilder, at, grey};
 use manypass_testkit::raycast::Options;
+use std::f32::consts::FRAC_PI_2;
 
 /// Posts of 2 m in a row, seen from a man's height, on a ground of half the side `half_m`; all of it times `scale`.
 fn posts(half_m: f32, scale: f32) -> Scene {
@@ -118,4 +122,110 @@ fn what_casts_lies_between_the_planes_that_settings_give() {
 fn shadows_lie_within_the_extent_that_settings_give() {
     assert_eq!(cast(|settings| settings.shadows.extent_m = 4.0), [true, true]);
     assert_eq!(cast(|settings| settings.shadows.extent_m = 2.6), [false, false]);
+}
+
+/// A camera before a box of 1 m, on a ground of half the side `half_m`; all of it times `scale`.
+fn box_on_ground(half_m: f32, scale: f32) -> SceneBuilder {
+    let lens = Projection::Perspective { fov_y_rad: 0.8, near_m: 0.05 * scale, far_m: None };
+    let mut builder = SceneBuilder::new(scale * Vec3::new(1.5, 1.6, 3.0), scale * Vec3::new(0.0, 0.3, 0.0), lens);
+    builder.put(primitives::plane(2.0 * half_m * scale), grey(0.5), at(Vec3::ZERO));
+    builder.put(primitives::cube(Vec3::splat(scale)), grey(0.5), at(scale * Vec3::new(0.0, 0.5, 0.0)));
+    builder
+}
+
+fn picture(scene: &Scene, change: impl Fn(&mut Settings)) -> Vec<[f32; 3]> {
+    let mut renderer = shared();
+    renderer.unload();
+    renderer.load(scene).unwrap();
+    radiance(&mut renderer, scene, &plain_request(scene, SIZE).with(change), 1)
+}
+
+/// How many pixels differ by more than `most` in any channel.
+fn count_apart(a: &[[f32; 3]], b: &[[f32; 3]], most: f32) -> usize {
+    a.iter().zip(b).filter(|(a, b)| (Vec3::from(**a) - Vec3::from(**b)).abs().max_element() > most).count()
+}
+
+/// The mean difference below the horizon.
+fn mean_apart(a: &[[f32; 3]], b: &[[f32; 3]]) -> f32 {
+    let below = a.len() / 2;
+    a.iter().zip(b).skip(below).map(|(a, b)| (a[1] - b[1]).abs()).sum::<f32>() / (a.len() - below) as f32
+}
+
+#[test]
+fn occlusion_beside_a_box_does_not_depend_on_the_extent_of_the_scene() {
+    let seen = |half_m: f32, radius_m: f32| {
+        picture(&box_on_ground(half_m, 1.0).finish(), |settings| {
+            settings.environment.source = Environment::Color([1.0; 3]);
+            settings.occlusion.enabled = true.into();
+            settings.occlusion.radius_m = radius_m;
+        })
+    };
+    let small = seen(20.0, 0.0);
+    for half_m in [1e3, 5e4] {
+        let apart = mean_apart(&small, &seen(half_m, 0.0));
+        assert!(apart < 1e-3, "{half_m} m: {apart}");
+    }
+    // The test can fail: the radius as a share of the diagonal.
+    let apart = mean_apart(&small, &seen(5e4, 7e3));
+    assert!(apart > 4e-3, "{apart}");
+}
+
+/// A sheet and a box that glow, over a mirror: rays that pass behind the sheet do not meet it.
+#[test]
+fn mirrors_do_not_depend_on_the_extent_of_the_scene() {
+    let glowing = |color: Vec3| Material {
+        base_color_factor: color.extend(1.0),
+        shading_model: ShadingModel::Unlit,
+        ..Material::default()
+    };
+    let seen = |half_m: f32| {
+        let lens = Projection::Perspective { fov_y_rad: 0.8, near_m: 0.05, far_m: None };
+        let mut builder = SceneBuilder::new(Vec3::new(0.5, 1.2, 3.0), Vec3::new(0.0, 0.3, 0.0), lens);
+        let mirror = Material { metallic_factor: 1.0, roughness_factor: 0.0, ..grey(0.9) };
+        builder.put(primitives::plane(2.0 * half_m), mirror, at(Vec3::ZERO));
+        let rotation = Quat::from_rotation_x(FRAC_PI_2);
+        let sheet = Node { rotation, ..at(Vec3::new(-0.4, 0.7, 0.0)) };
+        builder.put(primitives::plane(1.0), glowing(Vec3::X), sheet);
+        let green = glowing(Vec3::Y);
+        builder.put(primitives::cube(Vec3::new(1.0, 0.5, 1.0)), green, at(Vec3::new(0.3, 0.25, -1.5)));
+        picture(&builder.finish(), |settings| {
+            settings.environment.source = Environment::Color([0.0; 3]);
+            settings.reflections.enabled = true.into();
+            settings.reflections.resolution = Resolution::Full;
+        })
+    };
+    let small = seen(20.0);
+    assert!(small.iter().filter(|pixel| pixel[0] > 0.1).count() > 2500, "nothing to look at");
+    for half_m in [1e3, 5e4] {
+        // A thickness of a share of the diagonal makes over 500 pixels wrong.
+        let apart = count_apart(&small, &seen(half_m), 0.1);
+        assert!(apart < 60, "{half_m} m: {apart}");
+    }
+}
+
+#[test]
+fn fog_and_decals_are_those_of_the_scene_at_every_scale() {
+    let seen = |scale: f32, is_foggy: bool| {
+        let mut builder = box_on_ground(15.0, scale);
+        builder.light(light(LightKind::Directional, 3.0), Vec3::ZERO, Vec3::new(1.0, -0.9, 0.15));
+        let mut scene = builder.finish();
+        let look = DecalLook { color: Vec3::new(0.9, 0.1, 0.1), ..DecalLook::default() };
+        let mut decal = Decal::new("of a test", look);
+        decal.place(scale * Vec3::new(0.3, 0.0, 0.6), Vec3::NEG_Y, Vec3::NEG_Z, scale * Vec3::new(1.0, 1.0, 0.4));
+        scene.decals.push(decal);
+        picture(&scene, |settings| {
+            settings.fog.mode = if is_foggy { FogMode::Exponential } else { FogMode::None };
+            settings.fog.density_per_m = 0.2 / scale;
+            settings.fog.scale_height_m = 0.7 * scale;
+            settings.fog.far_m = 40.0 * scale;
+            settings.fog.scattering = 0.6;
+        })
+    };
+    let plain = seen(1.0, true);
+    let red = seen(1.0, false).iter().filter(|pixel| pixel[0] > 2.0 * pixel[1]).count();
+    assert!(red > 400 && mean_apart(&plain, &seen(1.0, false)) > 0.02, "{red}: nothing to look at");
+    for scale in [1e-3, 1e3] {
+        let apart = count_apart(&plain, &seen(scale, true), 0.01);
+        assert!(apart < 12, "× {scale}: {apart} pixels");
+    }
 }

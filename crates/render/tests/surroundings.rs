@@ -145,6 +145,16 @@ fn reflections_meet_walls_where_they_are() {
     };
     let (off, count) = wrong(&radiance(&mut renderer, &scene, &request));
     assert!(off * 50 <= count, "{off} of {count} pixels show another wall");
+    // Rays in the picture meet few of the walls: where they meet nothing, there are the surroundings, and no black.
+    let traced = request.with(|settings| settings.reflections.enabled = true.into());
+    let black = |shown: &[[f32; 3]]| {
+        seen(&request, at).iter().filter(|(pixel, ..)| Vec3::from(shown[*pixel]).max_element() < 0.05).count()
+    };
+    let shown = radiance(&mut renderer, &scene, &traced);
+    let (off, count) = wrong(&shown);
+    assert!(off * 25 <= count && black(&shown) == 0, "{off} of {count} pixels show another wall beside reflections");
+    let bare = traced.with(|settings| settings.captures.enabled = false);
+    assert!(black(&radiance(&mut renderer, &scene, &bare)) > count / 2, "without surroundings there is black");
     // As if all were far away, many are wrong.
     scene.surroundings[0].walls = None;
     let (off, count) = wrong(&radiance(&mut renderer, &scene, &request));

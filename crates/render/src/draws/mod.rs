@@ -3,6 +3,7 @@
 mod ball;
 mod clouds;
 mod deformation;
+mod extent;
 mod glass;
 mod leveled;
 mod list;

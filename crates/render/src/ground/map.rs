@@ -175,6 +175,15 @@ mod tests {
     }
 
     #[test]
+    fn the_map_grows_with_the_picture() {
+        let sides = [0, 640, 1280, 1281, 1920, 3840, 7680, 16384, u32::MAX].map(side_texels);
+        assert_eq!(sides, [256, 256, 256, 512, 512, 1024, 2048, 2048, 2048]);
+        // Up to the largest map a texel is at most so many pixels where the picture shows the ground as a whole.
+        let is_fine = |longest_px: u32| longest_px <= PIXELS_OF_TEXEL * side_texels(longest_px);
+        assert!((1..=PIXELS_OF_TEXEL * SIDE_TEXELS[1]).step_by(97).all(is_fine));
+    }
+
+    #[test]
     fn depth_from_below_is_the_height_above_the_plane() {
         let bounds = Aabb { min: Vec3::new(-1.0, 2.0, -3.0), max: Vec3::new(4.0, 5.0, 1.0) };
         let map = super::super::map_under(&bounds, Some(1.5), None, 256).expect("there is something");

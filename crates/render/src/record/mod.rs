@@ -120,6 +120,11 @@ impl<'r, 'f> Recorder<'r, 'f> {
         }
     }
 
+    /// The extent of what the view sees, in metres, which lengths follow that settings leave open. It need not be finite.
+    pub fn extent_m(&self) -> f32 {
+        *self.view.extent_m.get_or_init(|| self.frame.world.extent_m(&self.view.uniform))
+    }
+
     /// Whether the view shows opaque surfaces whose materials have more than the G-buffer holds.
     pub fn shows_shaded_where_drawn(&self) -> bool {
         surfaces::shows_shaded_where_drawn(self.view, self.frame.world)

@@ -21,7 +21,7 @@ use crate::view::ViewUniform;
 use manypass_graph::TextureDesc;
 use std::borrow::Cow;
 use std::ops::Range;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 /// The noise of so many samples averages out by itself, without losing what is fine.
 pub const UNFILTERED_SAMPLES: u32 = 8;
@@ -102,6 +102,8 @@ pub struct PreparedView {
     pub(crate) outline: Option<Outline>,
     /// The boxes of decals that it sees.
     pub(crate) decal_draws: DecalDraws,
+    /// The extent of what it sees, once a pass asks for it.
+    pub(crate) extent_m: OnceLock<f32>,
 }
 
 impl PreparedView {
@@ -402,6 +404,7 @@ impl Viewed<'_> {
             unsettled: self.unsettled,
             outline: self.outline,
             decal_draws: self.decal_draws,
+            extent_m: OnceLock::new(),
         }
     }
 }

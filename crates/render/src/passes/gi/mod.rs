@@ -20,12 +20,11 @@ use crate::resolution::Resolution;
 use crate::screen_space::FoundLight;
 use crate::shader::program::{Constant, ProgramError};
 use manypass_graph::{ColorLoad, Handle};
-use manypass_scene::Aabb;
 
 /// Where nothing is found.
 const NOTHING: ColorLoad = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
 
-/// The radius, where the settings leave it open, as a share of the diagonal of all that is drawn.
+/// The radius, where the settings leave it open, as a share of the extent of what is seen.
 const RADIUS_SHARE: f32 = 0.25;
 
 /// The share of the radius over which light fades out.
@@ -49,9 +48,8 @@ struct GiUniform {
 
 impl GiUniform {
     /// `exposure` is from pre-exposed radiance to what the tone curve takes.
-    fn new(settings: &GiSettings, bounds_world: &Aabb, exposure: f32) -> Self {
-        let diagonal_m = if bounds_world.is_empty() { 1.0 } else { bounds_world.min.distance(bounds_world.max) };
-        let radius_m = if settings.radius_m > 0.0 { settings.radius_m } else { RADIUS_SHARE * diagonal_m };
+    fn new(settings: &GiSettings, extent_m: f32, exposure: f32) -> Self {
+        let radius_m = if settings.radius_m > 0.0 { settings.radius_m } else { RADIUS_SHARE * extent_m };
         let radius_m = if radius_m.is_finite() { radius_m.clamp(1e-6, 1e6) } else { 1e6 };
         let radiance_max = settings.brightness_max / exposure.max(1e-6);
         let radiance_max = if radiance_max > 0.0 { radiance_max.min(RADIANCE_MAX) } else { RADIANCE_MAX };
@@ -86,7 +84,7 @@ pub fn record(
     let is_filtered = r.view.shows_few_samples() || r.view.sample_count < UNFILTERED_SAMPLES;
     let of_few = settings.resolution != Resolution::Full;
     let constants = [("side", settings.resolution.side_px()), ("patterned", u32::from(is_filtered))];
-    let uniform = GiUniform::new(settings, &r.frame.world.bounds_world, r.view.display_exposure);
+    let uniform = GiUniform::new(settings, r.extent_m(), r.view.display_exposure);
     let desc = settings.resolution.desc(r.view, RADIANCE);
 
     let target = r.texture_of("gi", desc);
@@ -142,7 +140,6 @@ impl Composing<'_> {
 mod tests {
     use super::*;
     use crate::shader::layout::assert_same_layout;
-    use glam::Vec3;
 
     #[test]
     fn the_uniform_has_one_layout() {
@@ -150,17 +147,14 @@ mod tests {
     }
 
     #[test]
-    fn the_radius_is_that_of_the_settings_or_of_the_scene() {
-        let of = |settings: &GiSettings, bounds: &Aabb| GiUniform::new(settings, bounds, 2.0);
+    fn the_radius_is_that_of_the_settings_or_of_what_is_seen() {
+        let of = |settings: &GiSettings, extent_m: f32| GiUniform::new(settings, extent_m, 2.0);
         let auto = GiSettings::default();
-        let bounds = Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 0.0, 4.0) };
-        let found = of(&auto, &bounds);
+        let found = of(&auto, 5.0);
         assert_eq!((found.radius_m, found.radiance_max), (1.25, 1.0));
-        assert_eq!(of(&GiSettings { radius_m: 2.0, ..auto.clone() }, &bounds).radius_m, 2.0);
-        let far = Aabb { min: Vec3::splat(-3e38), max: Vec3::splat(3e38) };
-        let point = Aabb { min: Vec3::ONE, max: Vec3::ONE };
-        for bounds in [far, point, Aabb::EMPTY] {
-            let found = of(&GiSettings { brightness_max: 0.0, ..auto.clone() }, &bounds);
+        assert_eq!(of(&GiSettings { radius_m: 2.0, ..auto.clone() }, 5.0).radius_m, 2.0);
+        for extent_m in [f32::INFINITY, 0.0, 1.0] {
+            let found = of(&GiSettings { brightness_max: 0.0, ..auto.clone() }, extent_m);
             assert!(found.radius_m > 0.0 && found.fade_per_m.is_finite(), "{found:?}");
             assert_eq!(found.radiance_max, RADIANCE_MAX);
         }

@@ -10,8 +10,8 @@ settings! {
         /// Whether opaque surfaces light each other diffusely, in place of the environment from the same directions.
         /// Glass, and light and surfaces beyond the picture have no part in it; stills draw all samples of all pixels.
         enabled: bool = false, needs "render.path=deferred";
-        /// How far light comes; what lies in the last quarter fades out. 0 for a quarter of the diagonal of all that is
-        /// drawn.
+        /// How far light comes; what lies in the last quarter fades out. 0 for a quarter of the extent of what is
+        /// seen.
         radius_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "gi.enabled=true";
         /// How soon light comes past behind what rises before a surface: 0 takes everything to go on behind what is
         /// seen of it, 1 takes it to be as thin as a sheet.

@@ -15,7 +15,6 @@ use crate::occlusion::{FoundBefore, Occlusion};
 use crate::record::{Fullscreen, PicturePart, Recorder, Texels, UNFILTERED_SAMPLES};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, History, TextureDesc};
-use manypass_scene::Aabb;
 
 /// The share of light that is left, which may lie outside of 0 to 1 where a sample looks in few directions.
 const VISIBILITY: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
@@ -41,7 +40,7 @@ const UNFILTERED_MEAN: u32 = 256;
 /// Where there is no surface.
 const OPEN: ColorLoad = ColorLoad::Clear(wgpu::Color { r: 1.0, g: 0.0, b: 0.0, a: 0.0 });
 
-/// The radius, where the settings leave it open, as a share of the diagonal of all that is drawn.
+/// The radius, where the settings leave it open, as a share of the extent of what is seen.
 const RADIUS_SHARE: f32 = 0.05;
 
 /// The uniform of `taps.wgsl`; a test compares the two layouts.
@@ -61,10 +60,8 @@ struct OcclusionUniform {
 }
 
 impl OcclusionUniform {
-    fn new(settings: &OcclusionSettings, bounds_world: &Aabb) -> Self {
-        let auto_m =
-            if bounds_world.is_empty() { 1.0 } else { RADIUS_SHARE * bounds_world.min.distance(bounds_world.max) };
-        let radius_m = if settings.radius_m > 0.0 { settings.radius_m } else { auto_m };
+    fn new(settings: &OcclusionSettings, extent_m: f32) -> Self {
+        let radius_m = if settings.radius_m > 0.0 { settings.radius_m } else { RADIUS_SHARE * extent_m };
         let radius_m = if radius_m.is_finite() { radius_m.clamp(1e-6, 1e6) } else { 1.0 };
         let fade_per_m = 1.0 / (radius_m * settings.falloff.max(1e-4));
         let OcclusionSettings { thinness, intensity, bias, .. } = *settings;
@@ -220,7 +217,7 @@ impl<'s> Finding<'s> {
         Self {
             names: ["occlusion", "occlusion.blur", "occlusion.upsample"],
             settings,
-            uniform: OcclusionUniform::new(settings, &r.frame.world.bounds_world),
+            uniform: OcclusionUniform::new(settings, r.extent_m()),
             desc: settings.resolution.desc(r.view, format),
             side_px,
             is_filtered: is_filtered && settings.blur,
@@ -301,7 +298,6 @@ impl<'s> Finding<'s> {
 mod tests {
     use super::*;
     use crate::shader::layout::assert_same_layout;
-    use glam::Vec3;
 
     #[test]
     fn the_uniform_has_one_layout() {
@@ -314,16 +310,12 @@ mod tests {
     }
 
     #[test]
-    fn the_radius_is_that_of_the_settings_or_of_the_scene() {
-        let of = |settings: &OcclusionSettings, bounds: &Aabb| OcclusionUniform::new(settings, bounds);
+    fn the_radius_is_that_of_the_settings_or_of_what_is_seen() {
         let auto = OcclusionSettings::default();
-        let bounds = Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 0.0, 4.0) };
-        assert_eq!(of(&auto, &bounds).radius_m, 0.25);
-        assert_eq!(of(&OcclusionSettings { radius_m: 2.0, ..auto.clone() }, &bounds).radius_m, 2.0);
-        let far = Aabb { min: Vec3::splat(-3e38), max: Vec3::splat(3e38) };
-        let point = Aabb { min: Vec3::ONE, max: Vec3::ONE };
-        for bounds in [far, point, Aabb::EMPTY] {
-            let hard = of(&OcclusionSettings { falloff: 0.0, ..auto.clone() }, &bounds);
+        assert_eq!(OcclusionUniform::new(&auto, 5.0).radius_m, 0.25);
+        assert_eq!(OcclusionUniform::new(&OcclusionSettings { radius_m: 2.0, ..auto.clone() }, 5.0).radius_m, 2.0);
+        for extent_m in [f32::INFINITY, 0.0, 1.0] {
+            let hard = OcclusionUniform::new(&OcclusionSettings { falloff: 0.0, ..auto.clone() }, extent_m);
             assert!(hard.radius_m > 0.0 && hard.fade_per_m.is_finite(), "{hard:?}");
         }
     }

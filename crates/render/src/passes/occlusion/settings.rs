@@ -23,7 +23,7 @@ settings! {
         enabled: Switch = Switch::Auto;
         /// How it is found: by horizons (`gtao`) or by points in a hemisphere (`ssao`).
         method: OcclusionMethod = OcclusionMethod::Gtao, needs "occlusion.enabled=true";
-        /// How far surfaces occlude each other; 0 for a twentieth of the diagonal of all that is drawn.
+        /// How far surfaces occlude each other; 0 for a twentieth of the extent of what is seen.
         radius_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "occlusion.enabled=true";
         /// Over which last share of the radius occlusion fades out; 0 for none of it, which shows the radius as an
         /// edge.

@@ -26,7 +26,7 @@ use std::iter::successors;
 /// Where nothing is reflected.
 const NOTHING: ColorLoad = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
 
-/// The thickness, where the settings leave it open, as a share of the diagonal of all that is drawn.
+/// The thickness, where the settings leave it open, as a share of the extent of what is seen.
 const THICKNESS_SHARE: f32 = 0.004;
 
 /// The same of the most that a body is taken to be thick, whose back is drawn: what is farther behind is another's.
@@ -83,15 +83,22 @@ struct CoarseLevelUniform {
 
 impl ReflectionsUniform {
     /// `exposure` is from pre-exposed radiance to what the tone curve takes; a pixel shows the mean of so many samples, and
-    /// of so many rays in all.
-    fn new(settings: &ReflectionSettings, bounds_world: &Aabb, exposure: f32, (samples, rays): (u32, u32)) -> Self {
+    /// of so many rays in all. Rays go as far as anything is drawn, because a lake shows mountains; how thick what they
+    /// meet is goes with the extent of what is seen.
+    fn new(
+        settings: &ReflectionSettings,
+        (bounds_world, extent_m): (&Aabb, f32),
+        exposure: f32,
+        (samples, rays): (u32, u32),
+    ) -> Self {
         let diagonal_m = if bounds_world.is_empty() { 1.0 } else { bounds_world.min.distance(bounds_world.max) };
         let diagonal_m = if diagonal_m.is_finite() { diagonal_m.clamp(1e-6, 1e6) } else { 1e6 };
+        let extent_m = if extent_m.is_finite() { extent_m.clamp(1e-6, 1e6) } else { 1e6 };
         let of = |given_m: f32, auto_m: f32| if given_m > 0.0 { given_m.max(1e-6) } else { auto_m };
         let distance_m = of(settings.distance_m, diagonal_m);
         let fade_per_m = if settings.distance_m > 0.0 { 1.0 / (FADE_SHARE * distance_m) } else { 0.0 };
-        let thickness_m = of(settings.thickness_m, THICKNESS_SHARE * diagonal_m);
-        let thickness_max_m = THICKNESS_MAX_SHARE * diagonal_m;
+        let thickness_m = of(settings.thickness_m, THICKNESS_SHARE * extent_m);
+        let thickness_max_m = THICKNESS_MAX_SHARE * extent_m;
         // The noise of a mean falls by the square root of the number of samples: by so much more may a ray bring, so that
         // the more the picture averages the less is cut, and in the end nothing is.
         let noise_gain = (samples.max(1) as f32).sqrt();
@@ -263,10 +270,10 @@ impl<'s> Tracing<'s> {
     fn new(r: &Recorder<'_, '_>, settings: &'s ReflectionSettings, (samples, unfiltered): (u32, u32)) -> Self {
         let is_filtered = samples < unfiltered || r.view.shows_few_samples();
         let samples = if r.view.shows_few_samples() { 1 } else { samples };
-        let bounds_world = &r.frame.world.bounds_world;
+        let lengths = (&r.frame.world.bounds_world, r.extent_m());
         let rays = if is_filtered { samples.saturating_mul(FILTERED_RAYS) } else { samples };
         let side_px = settings.resolution.side_px();
-        let uniform = ReflectionsUniform::new(settings, bounds_world, r.view.display_exposure, (samples, rays));
+        let uniform = ReflectionsUniform::new(settings, lengths, r.view.display_exposure, (samples, rays));
         let spacing_px = if is_filtered { half_spacing_px(side_px, samples) } else { 0.0 };
         Self {
             settings,
@@ -407,19 +414,22 @@ mod tests {
 
     #[test]
     fn lengths_are_those_of_the_settings_or_of_the_scene() {
-        let of = |settings: &ReflectionSettings, bounds: &Aabb| ReflectionsUniform::new(settings, bounds, 2.0, (1, 16));
+        let of = |settings: &ReflectionSettings, bounds: &Aabb, extent_m: f32| {
+            ReflectionsUniform::new(settings, (bounds, extent_m), 2.0, (1, 16))
+        };
         let auto = ReflectionSettings::default();
         let bounds = Aabb { min: Vec3::ZERO, max: Vec3::new(3.0, 0.0, 4.0) };
-        let found = of(&auto, &bounds);
-        assert_eq!((found.distance_m, found.fade_per_m, found.thickness_m), (5.0, 0.0, THICKNESS_SHARE * 5.0));
+        let found = of(&auto, &bounds, 2.5);
+        assert_eq!((found.distance_m, found.fade_per_m, found.thickness_m), (5.0, 0.0, THICKNESS_SHARE * 2.5));
+        assert_eq!(found.thickness_max_m, THICKNESS_MAX_SHARE * 2.5);
         assert_eq!(found.radiance_max, 0.25);
         let given = ReflectionSettings { distance_m: 2.0, thickness_m: 0.5, ..auto.clone() };
-        let found = of(&given, &bounds);
+        let found = of(&given, &bounds, 2.5);
         assert_eq!((found.distance_m, found.fade_per_m, found.thickness_m), (2.0, 2.0, 0.5));
         let far = Aabb { min: Vec3::splat(-3e38), max: Vec3::splat(3e38) };
         let point = Aabb { min: Vec3::ONE, max: Vec3::ONE };
-        for bounds in [far, point, Aabb::EMPTY] {
-            let found = of(&auto, &bounds);
+        for (bounds, extent_m) in [(far, f32::INFINITY), (point, 0.0), (Aabb::EMPTY, 1.0)] {
+            let found = of(&auto, &bounds, extent_m);
             assert!(found.distance_m > 0.0 && found.distance_m.is_finite() && found.thickness_m > 0.0, "{found:?}");
         }
     }

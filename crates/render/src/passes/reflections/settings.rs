@@ -18,7 +18,7 @@ settings! {
         /// fading.
         distance_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "reflections.enabled=true";
         /// How far surfaces are taken to go on behind what is seen of them, so that rays which pass there end; the
-        /// farther behind, the less that counts. 0 for a 250th of the diagonal of all that is drawn.
+        /// farther behind, the less that counts. 0 for a 250th of the extent of what is seen.
         thickness_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "reflections.enabled=true";
         /// What a ray brings is cut to so many times the display's white, divided by the square of the surface's
         /// roughness: mirrors show lamps as bright as they are, unless a single ray meets one, and rough surfaces have
