@@ -123,7 +123,7 @@ fn a_format_that_is_given_is_written_under_any_name() {
 
 /// What an interrupted call says.
 const INTERRUPTED: &str =
-    "interrupting after this step, within 7 s; once more stops at once\nerror: interrupted\nhint: ";
+    "interrupting after this step, within 2 s; once more stops at once\nerror: interrupted\nhint: ";
 
 /// Waits until the report's temporary file is there: from then on the program has its renderer and heeds signals.
 fn wait_until_it_renders(folder: &Folder) {
