@@ -13,6 +13,10 @@ const SMALL: [&str; 6] = ["--size", "64x64", "--samples", "1", "--report", "repo
 
 /// What a broken file may take at most.
 const LIMIT: Duration = Duration::from_secs(10);
+/// The most time of processors after which an error is there.
+const CPU_LIMIT: Duration = Duration::from_secs(5);
+/// The same for the start of the driver and a small picture.
+const CPU_LIMIT_OF_PICTURE: Duration = Duration::from_secs(5);
 const LIMIT_MIB: u64 = 1024;
 
 /// The error of every input of a batch, or none where it was rendered.
@@ -37,6 +41,10 @@ fn render(folder: &Folder, files: &[&str]) -> BTreeMap<String, Option<String>> {
     let watched = watch(folder, &args, LIMIT * files.len().min(12) as u32);
     assert!(watched.peak_mib < LIMIT_MIB, "{} MiB", watched.peak_mib);
     let verdicts = verdicts(folder);
+    let drawn = verdicts.values().filter(|error| error.is_none()).count();
+    // All errors of a batch together take no longer than one may.
+    let cpu_limit = CPU_LIMIT + CPU_LIMIT_OF_PICTURE * drawn as u32;
+    assert!(watched.cpu < cpu_limit, "{:?} of processors, and {drawn} pictures", watched.cpu);
     assert_eq!(verdicts.len(), files.len(), "{}", watched.run.stderr);
     let failed = verdicts.values().flatten().count();
     assert_eq!(watched.run.code, i32::from(failed > 0), "{}", watched.run.stderr);

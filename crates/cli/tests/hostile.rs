@@ -10,6 +10,8 @@ use std::time::Duration;
 
 /// The longest that any of these may take, with room for a machine that does other things.
 const LIMIT: Duration = Duration::from_secs(20);
+/// The most time of processors after which an error is there.
+const CPU_LIMIT: Duration = Duration::from_secs(5);
 /// The most memory that any of these may take.
 const LIMIT_MIB: u64 = 300;
 
@@ -37,10 +39,10 @@ fn folder(name: &str) -> Folder {
 /// Runs a command that has to fail soon, in little memory, with words that say what is wrong.
 #[track_caller]
 fn refused(folder: &Folder, args: &[&str], said: &str) {
-    let Watched { run, peak_mib, time } = watch(folder, args, LIMIT);
+    let Watched { run, peak_mib, time, cpu } = watch(folder, args, LIMIT);
     assert!([1, 2].contains(&run.code), "{args:?}: {} {}", run.code, run.stderr);
     assert!(run.stderr.contains(said), "{args:?}: {}\nshould say {said}", run.stderr);
-    assert!(peak_mib < LIMIT_MIB, "{args:?}: {peak_mib} MiB, {time:?}");
+    assert!(peak_mib < LIMIT_MIB && cpu < CPU_LIMIT, "{args:?}: {peak_mib} MiB, {cpu:?} of processors in {time:?}");
 }
 
 #[test]
