@@ -57,18 +57,16 @@ pub fn heed(quiet: bool) {
         return;
     }
     let _ = ctrlc::set_handler(move || {
-        let was_stopped = STOP.swap(true, Ordering::SeqCst);
-        if was_stopped || atomic::is_waiting() {
-            stop_now();
-        }
-        // This thread waits for a second signal, and for whoever reads what it says.
-        let deadline = std::thread::Builder::new().spawn(stop_after_grace);
-        if deadline.is_err() {
+        // This thread waits for a second signal, and for whoever reads what it says: another one counts the time.
+        let is_second = STOP.load(Ordering::SeqCst);
+        if is_second || atomic::is_waiting() || std::thread::Builder::new().spawn(stop_after_grace).is_err() {
+            STOP.store(true, Ordering::SeqCst);
             stop_now();
         }
         if !quiet {
             say(format_args!("interrupting after this step, within 2 s; once more stops at once"));
         }
+        STOP.store(true, Ordering::SeqCst);
     });
 }
 

@@ -6,7 +6,7 @@ mod common;
 
 use common::{Folder, Run, has_adapter, triangle_glb};
 use std::io::{Read as _, Write as _};
-use std::os::unix::fs::FileTypeExt as _;
+use std::os::unix::fs::{FileTypeExt as _, PermissionsExt as _};
 use std::path::Path;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
@@ -119,8 +119,8 @@ fn a_pipe_stays_one_whatever_is_written_and_whoever_is_killed() {
     make_pipe(&folder.join("report.json"));
     for (name, flags) in [
         ("pipe.png", &["-o", "pipe.png"][..]),
-        ("report.json", &["-o", "a.png", "--report", "report.json"]),
-        ("pipe.png", &["-o", "b.png", "--contact-sheet", "pipe.png"]),
+        ("report.json", &["-o", "a.png", "--report", "report.json"][..]),
+        ("pipe.png", &["-o", "b.png", "--contact-sheet", "pipe.png"][..]),
     ] {
         let mut cat = Command::new("cat").arg(folder.join(name)).stdout(Stdio::piped()).spawn().expect("cat");
         let run = common::run_in(&folder, &[&bare[..], flags].concat());
@@ -188,8 +188,7 @@ fn few_threads_are_an_error() {
     }
     let folder = Folder::new("threads");
     folder.write("tri.glb", &triangle_glb([1.0, 0.5, 0.0]));
-    let open = std::os::unix::fs::PermissionsExt::from_mode(0o777);
-    std::fs::set_permissions(&*folder, open).expect("allowed");
+    std::fs::set_permissions(&*folder, std::fs::Permissions::from_mode(0o777)).expect("allowed");
     // No limit binds root; where it cannot become another user, this one may be bound.
     let other = ["setpriv", "--reuid", "65534", "--regid", "65534", "--clear-groups"];
     let becomes = |shell: &[&str], of: &str| {
