@@ -50,7 +50,7 @@ fn slow_inputs(name: &str) -> Folder {
     let text = format!("//! pixel: f\nfn f(color: vec4f, position: vec2f) -> vec4f {{ {body} }}\n");
     folder.write("slow.wgsl", text.as_bytes());
     folder.write("long.obj", format!("v 0 0 0\nv 1 0 0\nv 0 1 0\n{}", "f 1 2 3\n".repeat(2_000_000)).as_bytes());
-    folder.write("smoke.stage.toml", b"model = \"tri.glb\"\n[[particles]]\npreset = \"smoke\"\ncount = 600000\n");
+    folder.write("smoke.stage.toml", b"model = \"tri.glb\"\n[[particles]]\npreset = \"smoke\"\ncount = 400000\n");
     make_pipe(&folder.join("pipe.png"));
     folder
 }
