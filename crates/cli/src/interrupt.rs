@@ -48,8 +48,9 @@ pub fn says_the_end() -> bool {
 }
 
 /// From now on SIGINT, SIGTERM and SIGHUP raise [`STOP`]. A second one, or one that comes while a pipe holds the
-/// program up, ends it at once. What is being read or drawn may end by itself, which can take long, as in the compiler of a
-/// driver: after [`GRACE`] the program ends all the same, within two seconds of the signal. Unless `quiet`, that is said.
+/// program up, ends it at once. What is being read or drawn may end by itself, which can take long, as in the compiler
+/// of a driver: after [`GRACE`] the program ends all the same, within two seconds of the signal. Unless `quiet`, that
+/// is said.
 pub fn heed(quiet: bool) {
     // Without a handler an interrupt ends the program as the system does it; one whose thread cannot start would take
     // the signals all the same.

@@ -3,9 +3,9 @@
 //!
 //! Left out are those of which only a picture tells, which other tests draw with inputs of their own, and what is
 //! packed (`.gz`) or made by a script: `crates/offline/tests/growth.rs` makes as large ones. Two are not as INDEX.md
-//! has them, for a reason: of the eight joints a vertex in `eight_joints_a_vertex.glb` the strongest four move it, which
-//! is warned of; and sunlight leaks along the edges of `sun_leaks_into_closed_two_sided_box.glb`, of which a picture
-//! tells.
+//! has them, for a reason: of the eight joints a vertex in `eight_joints_a_vertex.glb` the strongest four move it,
+//! which is warned of; and sunlight leaks along the edges of `sun_leaks_into_closed_two_sided_box.glb`, of which a
+//! picture tells.
 
 mod common;
 
@@ -14,7 +14,7 @@ use manypass_testkit::needs::assets;
 use std::path::Path;
 use std::process::{Command, Stdio};
 
-/// A name, its triangles, the corners of what is drawn, and a part of its only warnings; none where there is no warning.
+/// A name, its triangles, the corners of what is drawn, and a part of its warnings; none where there is no warning.
 type Row = (&'static str, u32, &'static str, Option<&'static str>);
 
 const READ: [Row; 65] = [

@@ -26,11 +26,12 @@ pub fn peak_mib(process: u32) -> Option<u64> {
     Some(line.split_whitespace().next()?.parse::<u64>().ok()? >> 10)
 }
 
-/// The time that processors spent on the process so far, to a hundredth of a second; none where the system does not tell.
+/// The time that processors spent on the process so far, to a hundredth of a second; none where the system does not
+/// tell.
 fn cpu(process: u32) -> Option<Duration> {
     let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
-    // The name, in parentheses, may hold anything. Of the 52 fields the 14th and 15th are those of the process and of the
-    // system for it; its first two go with the name.
+    // The name, in parentheses, may hold anything. Of the 52 fields the 14th and 15th are those of the process and of
+    // the system for it; its first two go with the name.
     let (_, fields) = stat.rsplit_once(')')?;
     let ticks = fields.split_whitespace().skip(11).take(2).map(|field| field.parse::<u64>().ok());
     // A tick is a hundredth of a second for all programs.
