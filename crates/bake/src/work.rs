@@ -51,9 +51,8 @@ pub(crate) fn each_block<B: Send>(
     };
     let threads = std::thread::available_parallelism().map_or(1, usize::from);
     std::thread::scope(|scope| {
-        for _ in 1..threads {
-            scope.spawn(run);
-        }
+        // Where no further thread can be had, the others do its work.
+        (1..threads).for_each(|_| drop(std::thread::Builder::new().spawn_scoped(scope, run)));
         run();
     });
     if is_stopped.into_inner() { Err(BakeError::Interrupted) } else { Ok(()) }

@@ -5,6 +5,7 @@ use crate::session::still_failure;
 use manypass_offline::atomic;
 use manypass_offline::still::StillError;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc;
 use std::time::Duration;
 
 /// Raised once the user has said stop.
@@ -19,10 +20,16 @@ pub fn check() -> Result<(), Failure> {
 }
 
 /// How long what is being read or drawn may take to end by itself once the user has said stop.
-const GRACE: Duration = Duration::from_secs(5);
+const GRACE: Duration = Duration::from_millis(1400);
 
 /// How much longer it may take where it has noticed: reports are still written then.
-const GRACE_TO_REPORT: Duration = Duration::from_millis(1500);
+const GRACE_TO_REPORT: Duration = Duration::from_millis(400);
+
+/// How long the last words may wait for whoever reads them.
+const TIME_TO_SAY: Duration = Duration::from_millis(100);
+
+/// All of them together, and what the system needs to end a process.
+const _: () = assert!(GRACE.as_millis() + GRACE_TO_REPORT.as_millis() + TIME_TO_SAY.as_millis() < 2000);
 
 /// Raised once the program has noticed that the user has said stop, and ends by itself.
 static IS_ENDING: AtomicBool = AtomicBool::new(false);
@@ -41,23 +48,26 @@ pub fn says_the_end() -> bool {
 }
 
 /// From now on SIGINT, SIGTERM and SIGHUP raise [`STOP`]. A second one, or one that comes while a pipe holds the
-/// program up, ends it at once. What is being read or drawn may end by itself, which can take long, as in the compiler of a
-/// driver: after [`GRACE`] the program ends all the same. Unless `quiet`, that is said.
+/// program up, ends it at once. What is being read or drawn may end by itself, which can take long, as in the compiler
+/// of a driver: after [`GRACE`] the program ends all the same, within two seconds of the signal. Unless `quiet`, that
+/// is said.
 pub fn heed(quiet: bool) {
-    // Without a handler an interrupt ends the program as the system does it.
+    // Without a handler an interrupt ends the program as the system does it; one whose thread cannot start would take
+    // the signals all the same.
+    if std::thread::Builder::new().spawn(|| {}).map(std::thread::JoinHandle::join).is_err() {
+        return;
+    }
     let _ = ctrlc::set_handler(move || {
-        let was_stopped = STOP.swap(true, Ordering::SeqCst);
-        if was_stopped || atomic::is_waiting() {
+        // This thread waits for a second signal, and for whoever reads what it says: another one counts the time.
+        let is_second = STOP.load(Ordering::SeqCst);
+        if is_second || atomic::is_waiting() || std::thread::Builder::new().spawn(stop_after_grace).is_err() {
+            STOP.store(true, Ordering::SeqCst);
             stop_now();
         }
         if !quiet {
-            say(format_args!("interrupting after this step, within 7 s; once more stops at once"));
+            say(format_args!("interrupting after this step, within 2 s; once more stops at once"));
         }
-        // This thread waits for a second signal.
-        let deadline = std::thread::Builder::new().spawn(stop_after_grace);
-        if deadline.is_err() {
-            stop_now();
-        }
+        STOP.store(true, Ordering::SeqCst);
     });
 }
 
@@ -71,12 +81,22 @@ fn stop_after_grace() {
 
 /// Ends the program, and leaves no file half written.
 fn stop_now() -> ! {
-    atomic::remove_unfinished();
     let failure = still_failure(&StillError::Stopped);
+    let code = i32::from(failure.code());
     if says_the_end() {
-        failure.print();
+        // Standard error may be a pipe that is full.
+        let (said, hears) = mpsc::channel();
+        let say = std::thread::Builder::new().spawn(move || {
+            failure.print();
+            let _ = said.send(());
+        });
+        if say.is_ok() {
+            let _ = hears.recv_timeout(TIME_TO_SAY);
+        }
     }
-    end(i32::from(failure.code()))
+    // Last, as other threads go on until then.
+    atomic::remove_unfinished();
+    end(code)
 }
 
 /// Ends the process, whatever its other threads do. Destructors do not run: those of a graphics driver would free what

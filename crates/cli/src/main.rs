@@ -47,6 +47,7 @@ mod stream;
 mod surroundings;
 mod table;
 mod tally;
+mod threads;
 mod views;
 mod words;
 
@@ -90,6 +91,12 @@ fn main() -> ExitCode {
     driver_cache::spare_full_disk();
     keep_freed_memory();
     interrupt::ignore_file_size_signal();
+    threads::on_stack(started, program)
+}
+
+/// The program itself; `started` is when the process started. Its frame is larger than the least stack.
+#[inline(never)]
+fn program(started: Instant) -> ExitCode {
     let result = match args::Cli::try_parse_from(words::joined(std::env::args_os())) {
         Ok(cli) => run::run(&cli.command, started),
         Err(error) if error.kind() == ErrorKind::DisplayHelpOnMissingArgumentOrSubcommand || !error.use_stderr() => {

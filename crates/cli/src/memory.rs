@@ -4,6 +4,7 @@
 
 use crate::failure::{Failure, Kind};
 use crate::job::Job;
+use crate::threads;
 use manypass::{AdapterSummary, FrameRequest, OverlayError, RenderError};
 use manypass_offline::memory;
 use manypass_offline::still::StillError;
@@ -204,12 +205,14 @@ fn refusal(what: &str, need_bytes: u64, limit: &Limit, hint: &str) -> Failure {
     )
 }
 
-/// Fails where the process has less than what the driver needs to draw anything at all: it would end the process.
+/// Fails where the process has less than what the driver needs to draw anything at all: it would end the process, or
+/// hang.
 ///
 /// # Errors
-/// The limit is lower than that.
+/// A limit of memory, stacks or threads is lower than that.
 pub fn check_driver() -> Result<(), Failure> {
-    driver_fits(&System::this().limits(), cores())
+    driver_fits(&System::this().limits(), cores())?;
+    threads::check()
 }
 
 /// Whether the process has a limit of its own, below what the machine has.

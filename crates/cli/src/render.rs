@@ -118,10 +118,11 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     batch.warn("--effect", &effect_warnings)?;
     batch.warn("--cameras", &job.views.warnings)?;
     let result = batch.render_all(inputs);
+    batch.bar.finish_and_clear();
+    // Before what may take longer than an interrupted program has.
+    let finished = batch.report.take().map_or(Ok(()), Report::finish);
     // A software driver that still compiles for what was submitted would crash when the process ends.
     batch.renderer.wait();
-    batch.bar.finish_and_clear();
-    let finished = batch.report.map_or(Ok(()), Report::finish);
     result.and(finished)
 }
 

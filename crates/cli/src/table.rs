@@ -227,7 +227,7 @@ own                   0.00      0.0      -     0.00        0.00
 sum                   6.00    100.0   1201    14.75       22.12
 ";
         assert_eq!(of_times(&times, &work), expected);
-        assert_eq!(of_times(&[], &bytes), "");
+        assert_eq!(of_times(&[], &work), "");
     }
 
     #[test]

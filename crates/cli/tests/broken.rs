@@ -13,6 +13,12 @@ const SMALL: [&str; 6] = ["--size", "64x64", "--samples", "1", "--report", "repo
 
 /// What a broken file may take at most.
 const LIMIT: Duration = Duration::from_secs(10);
+/// The most time of processors after which an error is there.
+const CPU_LIMIT: Duration = Duration::from_secs(5);
+/// The same for a small picture under tens of thousands of lights.
+const CPU_LIMIT_OF_LIGHTS: Duration = Duration::from_secs(15);
+/// The same for the start of the driver and a small picture.
+const CPU_LIMIT_OF_PICTURE: Duration = Duration::from_secs(5);
 const LIMIT_MIB: u64 = 1024;
 
 /// The error of every input of a batch, or none where it was rendered.
@@ -37,6 +43,10 @@ fn render(folder: &Folder, files: &[&str]) -> BTreeMap<String, Option<String>> {
     let watched = watch(folder, &args, LIMIT * files.len().min(12) as u32);
     assert!(watched.peak_mib < LIMIT_MIB, "{} MiB", watched.peak_mib);
     let verdicts = verdicts(folder);
+    let drawn = verdicts.values().filter(|error| error.is_none()).count();
+    // All errors of a batch together take no longer than one may.
+    let cpu_limit = CPU_LIMIT + CPU_LIMIT_OF_PICTURE * drawn as u32;
+    assert!(watched.cpu < cpu_limit, "{:?} of processors, and {drawn} pictures", watched.cpu);
     assert_eq!(verdicts.len(), files.len(), "{}", watched.run.stderr);
     let failed = verdicts.values().flatten().count();
     assert_eq!(watched.run.code, i32::from(failed > 0), "{}", watched.run.stderr);
@@ -356,17 +366,21 @@ fn more_lights_than_sixteen_bits_count_are_drawn() {
     folder.write("tri.bin", triangle.as_flattened());
     folder.write("points.gltf", lit(70_000, "point", Some(0.1)).to_string().as_bytes());
     folder.write("suns.gltf", lit(70_000, "directional", None).to_string().as_bytes());
-    // Every one of them casts its shadow, in several rounds of the atlas.
+    // Every one of them casts its shadow, in several rounds of the atlas; those without a range on all that is seen.
+    folder.write("everywhere.gltf", lit(16_000, "point", None).to_string().as_bytes());
     folder.write("shadowed.gltf", lit(3_000, "point", Some(0.1)).to_string().as_bytes());
     let bare = ["--size", "16x16", "--samples", "1", "--report", "report.json", "--set"];
     for (file, setting) in [
         ("points.gltf", "shadows.enabled=false"),
         ("suns.gltf", "shadows.enabled=false"),
+        ("everywhere.gltf", "shadows.enabled=true"),
         ("shadowed.gltf", "shadows.atlas_px=512"),
     ] {
         let args = [&["render", file], &bare[..], &[setting]].concat();
         let watched = watch(&folder, &args, 3 * LIMIT);
         assert!(watched.peak_mib < LIMIT_MIB && watched.run.code == 0, "{file}: {} MiB", watched.peak_mib);
+        // 5 s were measured for those everywhere.
+        assert!(watched.cpu < CPU_LIMIT_OF_LIGHTS, "{file}: {:?} of processors", watched.cpu);
     }
     let report = std::fs::read_to_string(folder.join("report.json")).expect("a report");
     let report: serde_json::Value = serde_json::from_str(&report).expect("JSON");

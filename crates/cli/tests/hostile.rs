@@ -1,5 +1,5 @@
 //! Hostile inputs: effects that compilers cannot bear, pipes and devices in place of files, names that hold commands to
-//! terminals, signals, and outputs that are devices. Each ends soon, with one clear error, and leaves nothing behind.
+//! terminals, and outputs that are devices. Each ends soon, with one clear error, and leaves nothing behind.
 
 mod common;
 
@@ -10,6 +10,8 @@ use std::time::Duration;
 
 /// The longest that any of these may take, with room for a machine that does other things.
 const LIMIT: Duration = Duration::from_secs(20);
+/// The most time of processors after which an error is there.
+const CPU_LIMIT: Duration = Duration::from_secs(5);
 /// The most memory that any of these may take.
 const LIMIT_MIB: u64 = 300;
 
@@ -37,10 +39,10 @@ fn folder(name: &str) -> Folder {
 /// Runs a command that has to fail soon, in little memory, with words that say what is wrong.
 #[track_caller]
 fn refused(folder: &Folder, args: &[&str], said: &str) {
-    let Watched { run, peak_mib, time } = watch(folder, args, LIMIT);
+    let Watched { run, peak_mib, time, cpu } = watch(folder, args, LIMIT);
     assert!([1, 2].contains(&run.code), "{args:?}: {} {}", run.code, run.stderr);
     assert!(run.stderr.contains(said), "{args:?}: {}\nshould say {said}", run.stderr);
-    assert!(peak_mib < LIMIT_MIB, "{args:?}: {peak_mib} MiB, {time:?}");
+    assert!(peak_mib < LIMIT_MIB && cpu < CPU_LIMIT, "{args:?}: {peak_mib} MiB, {cpu:?} of processors in {time:?}");
 }
 
 #[test]
@@ -234,43 +236,6 @@ fn a_long_name_of_a_variant_is_shortened_in_names_of_files() {
     assert!(names.iter().all(|name| name.len() < 100), "{names:?}");
 }
 
-/// Waits for the end of a program that got a signal.
-#[cfg(unix)]
-#[track_caller]
-fn ends_soon(mut child: std::process::Child, signal: &str) -> Option<i32> {
-    let sent = std::process::Command::new("kill").args([signal, &child.id().to_string()]).status();
-    assert!(sent.is_ok_and(|status| status.success()), "kill");
-    let start = std::time::Instant::now();
-    while start.elapsed() < Duration::from_secs(15) {
-        if let Some(status) = child.try_wait().expect("waited for") {
-            return status.code();
-        }
-        std::thread::sleep(Duration::from_millis(20));
-    }
-    let _ = child.kill();
-    panic!("{signal}: it still runs after {:?}", start.elapsed());
-}
-
-#[cfg(unix)]
-#[test]
-fn one_signal_ends_it_whatever_it_does() {
-    if !has_adapter() {
-        return;
-    }
-    let folder = folder("signals");
-    // One sample of this takes minutes.
-    let body = "var sum = color; for (var i = 0; i < 100000; i++) { sum = sin(sum + f32(i)); } return sum;";
-    let text = format!("//! pixel: f\nfn f(color: vec4f, position: vec2f) -> vec4f {{ {body} }}\n");
-    folder.write("slow.wgsl", text.as_bytes());
-    let args = ["render", "m.gltf", "--effect", "slow.wgsl", "--size", "2048x2048", "--report", "r.json"];
-    for signal in ["-TERM", "-HUP"] {
-        let child = common::watch::start(&folder, &args);
-        std::thread::sleep(Duration::from_secs(4));
-        assert_eq!(ends_soon(child, signal), Some(130), "{signal}");
-        assert_eq!(folder.names(), ["m.gltf", "slow.wgsl"], "{signal}");
-    }
-}
-
 /// Outputs that are devices stay what they are, whatever becomes of what is written to them.
 #[cfg(target_os = "linux")]
 #[test]
@@ -280,31 +245,47 @@ fn nodes_are_never_replaced() {
         return;
     }
     let folder = folder("nodes");
+    let bare = ["--size", "8x8", "--samples", "1", "-q"];
+    let render = |flags: &[&str]| run_in(&folder, &[&["render", "m.gltf"], &bare[..], flags].concat());
+    render(&["-o", "a.png", "--dump-passes", "passes"]).expect(0);
+    let mut passes = std::fs::read_dir(folder.join("passes")).expect("pictures").flatten();
+    let pass = passes.next().expect("one").file_name();
+    let [null_pass, full_pass] = ["null", "full"].map(|kind| format!("{kind}-passes/{}", pass.to_string_lossy()));
     let made = |name: &str, numbers: [&str; 2]| {
+        std::fs::create_dir_all(folder.join(name).parent().expect("a folder")).expect("made");
         let [major, minor] = numbers;
         let mut mknod = std::process::Command::new("mknod");
         mknod.arg(folder.join(name)).args(["c", major, minor]).stderr(std::process::Stdio::null());
         mknod.status().is_ok_and(|status| status.success())
     };
-    let null = ["null.png", "null.json", "null.glb", "null.glb.part"];
-    let full = ["full.png", "full.json", "full.glb"];
+    let null = ["null.png", "null.json", "null.glb", "null.glb.part", null_pass.as_str()];
+    let full = ["full.png", "full.json", "full.glb", full_pass.as_str()];
     let is_root = null.iter().all(|name| made(name, ["1", "3"])) && full.iter().all(|name| made(name, ["1", "7"]));
     // Some file systems take nodes, and do not let anybody use them.
-    if !is_root || std::fs::write(folder.join("null.png"), b"x").is_err() {
+    if !is_root || !made("tty.png", ["5", "0"]) || std::fs::write(folder.join("null.png"), b"x").is_err() {
         manypass_testkit::needs::skip("only root makes devices");
         return;
     }
-    let bare = ["--size", "8x8", "--samples", "1", "-q"];
-    let render = |flags: &[&str]| run_in(&folder, &[&["render", "m.gltf"], &bare[..], flags].concat());
     for (null, full) in [("null", 0), ("full", 1)] {
-        let (png, json, glb) = (format!("{null}.png"), format!("{null}.json"), format!("{null}.glb"));
+        let [png, json, glb, passes] = [".png", ".json", ".glb", "-passes"].map(|end| format!("{null}{end}"));
         render(&["-o", &png]).expect(full);
         render(&["-o", "a.png", "--report", &json]).expect(full);
         render(&["-o", "b.png", "--contact-sheet", &png]).expect(full);
+        render(&["-o", "c.png", "--dump-passes", &passes]).expect(full);
+        run_in(&folder, &["bench", "m.gltf", "--size", "8x8", "--first-frame", "--json", "--png", &png]).expect(full);
         run_in(&folder, &["diff", "a.png", "a.png", "-o", &png]);
         run_in(&folder, &["bake", "m.gltf", "-o", &glb, "--samples", "1", "-q"]);
     }
-    for name in null.iter().chain(&full) {
+    // In a session of its own there is no terminal to write to.
+    let mut alone = std::process::Command::new("setsid");
+    alone.args(["-w", env!("CARGO_BIN_EXE_manypass"), "render", "m.gltf", "-o", "tty.png"]).args(bare);
+    let said = alone.current_dir(&*folder).output();
+    assert!(said.is_err() || said.is_ok_and(|run| run.status.code() == Some(1)));
+    let slow = ["render", "m.gltf", "-o", "null.png", "--report", "null.json", "--samples", "65536", "-q"];
+    let mut killed = common::watch::start(&folder, &[&slow[..], &["--dump-passes", "null-passes"]].concat());
+    std::thread::sleep(Duration::from_millis(1500));
+    killed.kill().and_then(|()| killed.wait()).expect("killed");
+    for name in null.iter().chain(&full).chain(&["tty.png"]) {
         let kind = std::fs::symlink_metadata(folder.join(name)).map(|there| there.file_type().is_char_device());
         assert!(matches!(kind, Ok(true)), "{name} is no device any more");
     }

@@ -15,6 +15,8 @@ pub struct Watched {
     pub peak_mib: u64,
     /// Its wall time.
     pub time: Duration,
+    /// The time that processors spent on it, whatever else the machine does; 0 where the system does not tell.
+    pub cpu: Duration,
 }
 
 /// The most memory that the process held so far, in MiB; none where the system does not tell.
@@ -22,6 +24,18 @@ pub fn peak_mib(process: u32) -> Option<u64> {
     let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
     let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
     Some(line.split_whitespace().next()?.parse::<u64>().ok()? >> 10)
+}
+
+/// The time that processors spent on the process so far, to a hundredth of a second; none where the system does not
+/// tell.
+fn cpu(process: u32) -> Option<Duration> {
+    let stat = std::fs::read_to_string(format!("/proc/{process}/stat")).ok()?;
+    // The name, in parentheses, may hold anything. Of the 52 fields the 14th and 15th are those of the process and of
+    // the system for it; its first two go with the name.
+    let (_, fields) = stat.rsplit_once(')')?;
+    let ticks = fields.split_whitespace().skip(11).take(2).map(|field| field.parse::<u64>().ok());
+    // A tick is a hundredth of a second for all programs.
+    Some(Duration::from_millis(10 * ticks.sum::<Option<u64>>()?))
 }
 
 /// Starts the program in `folder`, its standard error piped.
@@ -47,8 +61,9 @@ pub fn wait(mut child: Child, limit: Duration) -> Watched {
         String::from_utf8_lossy(&bytes).into_owned()
     });
     let start = Instant::now();
-    let mut peak = 0;
+    let (mut peak, mut spent) = (0, Duration::ZERO);
     let status = loop {
+        spent = cpu(child.id()).unwrap_or_default().max(spent);
         peak = peak_mib(child.id()).unwrap_or(0).max(peak);
         if let Some(status) = child.try_wait().expect("waited for") {
             break status;
@@ -64,5 +79,5 @@ pub fn wait(mut child: Child, limit: Duration) -> Watched {
     let stderr = reader.join().expect("read");
     assert!(!stderr.contains("panicked") && !stderr.contains("overflowed its stack"), "{stderr}");
     let code = status.code().unwrap_or_else(|| panic!("it ended with {status}: {stderr}"));
-    Watched { run: Run { code, stdout: Vec::new(), stderr }, peak_mib: peak, time }
+    Watched { run: Run { code, stdout: Vec::new(), stderr }, peak_mib: peak, time, cpu: spent }
 }

@@ -16,6 +16,13 @@ use manypass_scene::Scene;
 /// The longer side of the frame that is metered, whatever the size of the picture.
 const LONGER_SIDE_PX: u32 = 128;
 
+/// The same where a crowd of lights reaches every pixel: the frame shrinks as far as this, so that metering costs no
+/// more than a frame of [`LIGHT_PIXELS_MAX`] pixels under one light.
+const LONGER_SIDE_MIN_PX: u32 = 32;
+
+/// The most pixels times lights without a range: 2,048 lights at the full size.
+const LIGHT_PIXELS_MAX: f64 = (1 << 25) as f64;
+
 /// Radiance from this on was clamped: the limit, less the rounding of half floats.
 const CLAMPED: f64 = 0.999 * RADIANCE_MAX as f64;
 
@@ -186,7 +193,7 @@ impl Renderer {
     /// As [`Self::render_async`].
     pub async fn meter_async(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Metering, RenderError> {
         let stats = self.stats.clone();
-        let metering = self.meter_frames(scene, &metered(&request.resolved(scene))).await;
+        let metering = self.meter_frames(scene, &metered(&request.resolved(scene), longer_side_px(scene))).await;
         self.stats = stats;
         metering
     }
@@ -275,11 +282,23 @@ impl Renderer {
     }
 }
 
+/// The longer side of the frame that is metered for pictures of a scene.
+fn longer_side_px(scene: &Scene) -> u32 {
+    let light_of = |light: usize| scene.lights.get(light).filter(|light| light.range_m.is_none());
+    side_under(scene.nodes.iter().filter_map(|node| node.light.and_then(light_of)).count())
+}
+
+/// The same under so many lights that reach every pixel.
+fn side_under(lights: usize) -> u32 {
+    let side = (LIGHT_PIXELS_MAX / (lights.max(1) as f64)).sqrt() as u32;
+    side.clamp(LONGER_SIDE_MIN_PX, LONGER_SIDE_PX)
+}
+
 /// The request of the frame that is metered for a picture.
-fn metered(request: &FrameRequest) -> FrameRequest {
+fn metered(request: &FrameRequest, longer_side_px: u32) -> FrameRequest {
     let (width, height) = (request.width.max(1), request.height.max(1));
     let side = |of: u32| {
-        let side = f64::from(LONGER_SIDE_PX) * f64::from(of) / f64::from(width.max(height));
+        let side = f64::from(longer_side_px) * f64::from(of) / f64::from(width.max(height));
         (side.round() as u32).max(1)
     };
     let mut small = FrameRequest {
@@ -432,10 +451,19 @@ mod tests {
         let projection = Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: None };
         let size = |width, height| {
             let request = FrameRequest::new(width, height, View { world_from_view: Mat4::IDENTITY, projection });
-            let small = metered(&request);
+            let small = metered(&request, LONGER_SIDE_PX);
             (small.width, small.height)
         };
         assert_eq!([size(1280, 720), size(64, 36)], [(128, 72); 2]);
         assert_eq!([size(100, 1), size(1, 1)], [(128, 1), (128, 128)]);
+    }
+    #[test]
+    fn a_crowd_of_lights_that_reach_everywhere_is_metered_in_a_smaller_frame() {
+        assert_eq!([0, 1, 2048].map(side_under), [LONGER_SIDE_PX; 3]);
+        for lights in [4096, 16_000, 32_000] {
+            let side = f64::from(side_under(lights));
+            assert!(side < 128.0 && side * side * lights as f64 <= LIGHT_PIXELS_MAX, "{lights}: {side}");
+        }
+        assert_eq!(side_under(1_000_000), LONGER_SIDE_MIN_PX);
     }
 }

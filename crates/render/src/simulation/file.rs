@@ -85,9 +85,7 @@ impl SimulationFile {
         let text = text.strip_prefix('\u{feff}').unwrap_or(text);
         let source = Source { file, text };
         let scan = scan(text);
-        if let Some(place) = &scan.overlong {
-            return Err(source.fault(place.clone(), "the shader is too long or nested too deeply from here on").into());
-        }
+        scan.check_length(source)?;
         let header = Header::parse(source, &scan)?;
         let states = states_of(source, &scan, &header)?;
         let functions: BTreeSet<&str> =

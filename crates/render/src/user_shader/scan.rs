@@ -1,5 +1,8 @@
 //! The comments of a shader and what they stand above, which a parser of WGSL throws away.
 
+use super::size::{CASES_MAX, switch_fault};
+use super::source::Source;
+use crate::diagnostic::Diagnostic;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -42,20 +45,42 @@ pub(crate) struct Scan {
     pub variables: HashMap<String, Declared>,
     /// The bytes of the names of functions.
     pub functions: HashMap<String, Range<usize>>,
-    /// Where an expression becomes longer than the compiler's recursion can bear.
-    pub overlong: Option<Range<usize>>,
+    /// Where an expression becomes longer than the compiler's recursion can bear, or the whole too long for it.
+    overlong: Option<Range<usize>>,
+    /// The word that begins a `switch` of too many cases.
+    large_switch: Option<Range<usize>>,
+}
+
+impl Scan {
+    /// Whether the text is short enough to be compiled.
+    ///
+    /// # Errors
+    /// Where it is not.
+    pub(crate) fn check_length(&self, source: Source<'_>) -> Result<(), Box<Diagnostic>> {
+        if let Some(place) = &self.large_switch {
+            return Err(switch_fault(source, place.clone()));
+        }
+        match &self.overlong {
+            Some(place) => Err(source.fault(place.clone(), "the shader is too long or nested too deeply from here on")),
+            None => Ok(()),
+        }
+    }
 }
 
 /// So many operators in one statement are compiled on a thread's usual stack of 2 MiB; the compiler recurses for each.
 const OPERATORS_MAX: usize = 4000;
 /// And so many declarations, each of which may need the next one, and branches in one chain of `else if`.
 const BLOCKS_MAX: usize = 1000;
+/// And so many words and signs: the time of the compiler grows as the square of the expressions of a function, to 1.5 s
+/// for as many.
+const TOKENS_MAX: usize = 60_000;
 
 /// Scans a text, which need not be valid.
 pub(crate) fn scan(text: &str) -> Scan {
     let mut scan = Scan::default();
     let tokens = tokens(text, &mut scan.comments);
-    scan.overlong = overlong(text, &tokens);
+    scan.overlong = overlong(text, &tokens).or_else(|| tokens.get(TOKENS_MAX).map(|token| token.range.clone()));
+    scan.large_switch = large_switch(text, &tokens);
     scan.first_token = tokens.first().map_or(text.len(), |token| token.range.start);
     Walk { text, tokens: &tokens, at: 0, scan }.run()
 }
@@ -111,6 +136,35 @@ fn overlong(text: &str, tokens: &[Token]) -> Option<Range<usize>> {
         }
         if operators > OPERATORS_MAX || branches > BLOCKS_MAX || declarations > BLOCKS_MAX {
             return Some(token.range.clone());
+        }
+    }
+    None
+}
+
+/// The word that begins the first `switch` in which more than [`CASES_MAX`] cases stand.
+fn large_switch(text: &str, tokens: &[Token]) -> Option<Range<usize>> {
+    // Of those that are open: the word, the depth of braces around it, and its cases so far.
+    let mut open: Vec<(&Token, usize, usize)> = Vec::new();
+    let mut depth = 0usize;
+    for token in tokens {
+        match &text[token.range.clone()] {
+            "{" => depth += 1,
+            "}" => {
+                depth = depth.saturating_sub(1);
+                while open.last().is_some_and(|(_, around, _)| *around >= depth) {
+                    open.pop();
+                }
+            }
+            "switch" => open.push((token, depth, 0)),
+            "case" => {
+                if let Some((word, _, cases)) = open.last_mut() {
+                    *cases += 1;
+                    if *cases > CASES_MAX {
+                        return Some(word.range.clone());
+                    }
+                }
+            }
+            _ => {}
         }
     }
     None
@@ -294,6 +348,18 @@ mod tests {
         assert_eq!(scan.members.len(), 2);
         assert!(!scan.variables.contains_key("y") && scan.functions.contains_key("f"));
         assert!(text[scan.first_token..].starts_with("struct Style"));
+    }
+
+    #[test]
+    fn cases_are_counted_in_their_switch_and_long_texts_are_known() {
+        let cases = |count: usize| "case 1: {}".repeat(count);
+        let nested =
+            format!("switch a {{ {} case 2: {{ switch b {{ {} }} }} {} }}", cases(300), cases(800), cases(600));
+        assert_eq!(scan(&nested).large_switch, None);
+        let large = format!("{nested} switch c {{ {} }}", cases(CASES_MAX + 1));
+        assert_eq!(scan(&large).large_switch.map(|place| large[place.start..].starts_with("switch c")), Some(true));
+        assert!(scan(&"a;".repeat(TOKENS_MAX / 2)).overlong.is_none());
+        assert!(scan(&"a;".repeat(TOKENS_MAX / 2 + 1)).overlong.is_some());
     }
 
     #[test]

@@ -71,10 +71,7 @@ fn check_function(
 ) -> Result<(), Box<Diagnostic>> {
     let within = |range: Option<Range<usize>>| range.filter(|range| range.end <= source.text.len()).unwrap_or(0..0);
     if let Some(span) = large_switch(&function.body) {
-        let place = within(span.to_range());
-        let message = format!("a `switch` has at most {CASES_MAX} cases");
-        // All of its lines would hide the message.
-        return Err(source.fault(place.start..place.start + place.len().min("switch".len()), message));
+        return Err(switch_fault(source, within(span.to_range())));
     }
     let large = function.expressions.iter().find(|(handle, _)| {
         let inner = info[*handle].ty.inner_with(&module.types);
@@ -97,6 +94,12 @@ fn check_function(
         ));
     }
     Ok(())
+}
+
+/// The fault of a `switch` of too many cases. All of its lines would hide the message.
+pub(super) fn switch_fault(source: Source<'_>, place: Range<usize>) -> Box<Diagnostic> {
+    let message = format!("a `switch` has at most {CASES_MAX} cases");
+    source.fault(place.start..place.start + place.len().min("switch".len()), message)
 }
 
 /// The first `switch` of too many cases.
