@@ -131,12 +131,13 @@ fn met_at_m(bounds: &Aabb, eye: Vec3, ray: Vec3) -> Option<f32> {
 mod tests {
     use super::*;
     use crate::view::{DepthRange, View};
+    use glam::camera::rh::view::look_at_mat4;
     use manypass_scene::Projection;
 
     /// At `eye`, to what is so far ahead, a little below.
     fn view(eye: Vec3, target: Vec3) -> ViewUniform {
         let projection = Projection::Perspective { fov_y_rad: 0.8, near_m: 0.05, far_m: None };
-        let view = View { world_from_view: Mat4::look_at_rh(eye, target, Vec3::Y).inverse(), projection };
+        let view = View { world_from_view: look_at_mat4(eye, target, Vec3::Y).inverse(), projection };
         view.uniform(DepthRange { near_m: 0.05, far_m: 1e6 }, 160, 120, Vec2::ZERO, 1.0, 0)
     }
 
@@ -149,7 +150,8 @@ mod tests {
         let ground = scale * Vec3::new(half_m, 0.0, half_m);
         let ground = Aabb { min: -ground, max: ground };
         let of_cube = cube(scale * Vec3::new(0.0, 0.5, 0.0), 0.5 * scale);
-        let mut rays = Rays::new(&view(scale * eye, scale * Vec3::new(0.0, 0.5, 0.0)));
+        let view = view(scale * eye, scale * Vec3::new(0.0, 0.5, 0.0));
+        let mut rays = Rays::new(&view);
         rays.meet(&ground);
         rays.meet(&of_cube);
         let picture_m = 2.0 * PICTURES_MAX * rays.view.view_from_ndc_scale.max_element();
