@@ -7,7 +7,7 @@
 import package::view::view;
 import package::shaders::hash::{mixed, seed_of_pixel, stratified, unit_from_bits};
 import package::shaders::surface_material::{material_factors, material_uv, textured};
-@if(textures || masks) import package::shaders::surface_material::base_color_texture;
+@if(textures || masks) import package::shaders::surface_material::{base_color_sampler, base_color_texture};
 @if(relief) import package::shaders::surface_material::{material_uv_dx, material_uv_dy};
 import package::shaders::surface_vertex::SurfaceVarying;
 
@@ -20,22 +20,33 @@ const SAMPLES: f32 = 4.0;
 // What has no alpha is dropped.
 const THRESHOLD_MIN: f32 = 1e-6;
 
+// What is read of a texture is even as far as its finest texel differs from it by less than this, as a share of what
+// it is away from 0 or 1; from twice as much on it is not.
+const EVEN_SHARE: f32 = 0.25;
 // Alpha that differs by less from pixel to pixel is even.
 const WIDTH_MIN: f32 = 1e-4;
 
 // How far the hash has taken over: not at all where a texel is two pixels wide, and wholly where it is one, or what is
-// read of the texture is coarser, and its alpha so much as of it is there.
+// read of the texture is coarser, and its alpha so much as of it is there. Alpha that is even, or rises slowly, says
+// nothing of how much is there: the cutoff goes on to hold.
 @if((textures || masks) && !points)
 fn hashed_share(in: SurfaceVarying, bias: f32) -> f32 {
     let size = vec2f(textureDimensions(base_color_texture));
-    @if(!relief) let texel = material_uv(in.uv, 0u) * size;
+    let uv = material_uv(in.uv, 0u);
+    let finest = textureSampleLevel(base_color_texture, base_color_sampler, uv, 0.0).a;
+    @if(!relief) let read = textureSampleBias(base_color_texture, base_color_sampler, uv, bias).a;
+    @if(relief) let read = textureSampleGrad(base_color_texture, base_color_sampler, uv,
+        material_uv_dx(0u, bias), material_uv_dy(0u, bias)).a;
+    let unlike = abs(read - finest) / max(min(read, 1.0 - read), 1e-4);
+    let uneven = clamp(unlike / EVEN_SHARE - 1.0, 0.0, 1.0);
+    @if(!relief) let texel = uv * size;
     @if(!relief) let across = dpdx(texel);
     @if(!relief) let down = dpdy(texel);
     // As large as it is on the triangle, as for what is read of the texture.
     @if(relief) let across = material_uv_dx(0u, 0.0) * size;
     @if(relief) let down = material_uv_dy(0u, 0.0) * size;
     let mip = 0.5 * log2(max(max(dot(across, across), dot(down, down)), 1e-30)) + bias;
-    return clamp(mip + 1.0, 0.0, 1.0);
+    return clamp(mip + 1.0, 0.0, 1.0) * uneven;
 }
 
 @if((textures || masks) && !points)
