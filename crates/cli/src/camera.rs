@@ -157,7 +157,7 @@ pub fn stray_hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Option
     let distance_m: f64 = format!("{:.1e}", 3.0 * reach_m).parse().unwrap_or_default();
     let count = strays.count;
     let found = format!("{count} of its points lie far from all others, and the camera is fitted to the rest");
-    Some(format!("{found}; --orbit 30,28,{distance_m} takes all of them in"))
+    Some(format!("{found}; --orbit 30,28,{distance_m} shows more of them"))
 }
 
 /// What to say where nobody asks for a camera and the file's own shows hardly anything of the model, so that the automatic

@@ -25,8 +25,8 @@ enum Column {
     Number,
 }
 
-/// What the passes of a frame took, drew and moved, in their order, with their sum. Milliseconds are those of the GPU where
-/// the adapter has timestamps, else those of recording, which the last line says. Empty without passes.
+/// What the passes of a frame took, drew and moved, in their order, with their sum. Milliseconds are those of the GPU
+/// where the adapter has timestamps, else those of recording, which the last line says. Empty without passes.
 pub fn of_times(times: &[PassTime], work: &[PassWork]) -> String {
     if times.is_empty() {
         return String::new();

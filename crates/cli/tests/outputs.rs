@@ -154,9 +154,10 @@ fn an_interrupt_leaves_no_partial_file() {
         std::thread::sleep(Duration::from_millis(1000));
         send(signal, child.id());
         let Watched { run, time, .. } = wait(child, Duration::from_secs(60));
-        assert!(run.code == 130 && run.stderr.starts_with(INTERRUPTED), "{run:?}");
+        let is_late = folder.names().is_empty() && time > Duration::from_millis(1300);
+        assert!(run.code == 130 && (is_late || run.stderr.starts_with(INTERRUPTED)), "{run:?}");
         // Where the machine is so busy that the program has not noticed by then, it has ended all the same.
-        if folder.names().is_empty() && time > Duration::from_millis(1300) {
+        if is_late {
             continue;
         }
         // The report is whole: it says that the picture was interrupted.
@@ -181,8 +182,9 @@ fn an_interrupt_keeps_the_report_of_an_earlier_call() {
     wait_until_it_renders(&folder);
     std::thread::sleep(Duration::from_millis(200));
     send("-INT", child.id());
-    let run = wait(child, Duration::from_secs(60)).run.expect(130);
-    assert!(run.stderr.starts_with("error: interrupted\n"), "{}", run.stderr);
+    let Watched { run, time, .. } = wait(child, Duration::from_secs(60));
+    let is_late = time > Duration::from_millis(1300);
+    assert!(run.code == 130 && (is_late || run.stderr.starts_with("error: interrupted\n")), "{run:?}");
     assert_eq!(std::fs::read(folder.join("report.json")).expect("read"), b"{}");
     assert_eq!(folder.names(), ["report.json"]);
 }

@@ -13,8 +13,8 @@ use std::time::{Duration, Instant};
 
 /// The longest that the program may take to end after one signal.
 const ENDS_WITHIN: Duration = Duration::from_secs(2);
-/// What a machine may add on which many programs end at once, each with memory to give back.
-const ALLOWANCE: Duration = Duration::from_secs(4);
+/// What a busy machine may add on which many programs end at once, each with memory to give back. The runs take minutes.
+const ALLOWANCE: Duration = Duration::from_secs(30);
 
 /// Starts the program; nobody writes to its standard input, which is open until the child goes.
 fn start(folder: &Folder, args: &[&str], stderr: Stdio) -> Child {
@@ -152,7 +152,7 @@ fn a_pipe_stays_one_whatever_is_written_and_whoever_is_killed() {
 /// Runs the program where the shell has set a limit; fails the test where it hangs, or a signal ends it.
 fn limited(folder: &Folder, shell: &[&str], limit: &str, args: &str) -> Run {
     let line = format!("ulimit {limit} || exit 99; exec \"$0\" {args}");
-    let mut words = [&["timeout", "-s", "KILL", "20"], shell, &["bash", "-c", line.as_str()]].concat();
+    let mut words = [&["timeout", "-s", "KILL", "120"], shell, &["bash", "-c", line.as_str()]].concat();
     words.push(env!("CARGO_BIN_EXE_manypass"));
     let mut command = Command::new(words[0]);
     command.args(&words[1..]).current_dir(&**folder).env("MANYPASS_NO_CACHE", "1").stdin(Stdio::null());

@@ -172,8 +172,8 @@ fn check(renderer: &mut Renderer, what: &str, scene: &Scene, request: &FrameRequ
     }
 }
 
-/// The same before an environment, whose light glass that mirrors nothing shows nowhere else. Rays are parallel, so that
-/// it has one radiance.
+/// The same before an environment, whose light glass that mirrors nothing shows nowhere else. Rays are parallel, so
+/// that it has one radiance.
 fn check_environments(renderer: &mut Renderer, what: &str, scene: &Scene, request: &FrameRequest, through: [f32; 3]) {
     for source in [Environment::Color([0.2, 0.3, 0.1]), Environment::Studio, Environment::Sky] {
         let request = request.with(|settings| {

@@ -105,7 +105,9 @@ impl Framing {
 
     /// Of the points that scenes draw; of a cloud without its strays.
     fn of_drawn(mut points: Vec<Vec3>, scenes: &[&Scene]) -> Self {
-        if !scenes.iter().all(|scene| strays::is_cloud(scene)) {
+        let vertices: usize = scenes.iter().map(|scene| strays::points_of(scene)).sum();
+        // Of a cloud of too many points there are but the corners of boxes.
+        if points.len() < vertices || !scenes.iter().all(|scene| strays::is_cloud(scene)) {
             return Self::of_points(points);
         }
         points.retain(is_placed);

@@ -28,8 +28,9 @@ Tables:
             the demo hall and around a skinned figure; every sixth frame is compared, or all with --all-frames
   baking    light by rays and by pictures at equal error: a probe and a texel of the Cornell box; and frames of the hall with
             baked probes and light maps, beside frames without
-  growth    files with 10,000, 100,000 and 1,000,000 nodes, lights, materials, primitives, corners of a polygon, points and others, and
-            up to 60,000 items of an overlay: `info` and a still, each beside a tenth of them; two minutes at the most
+  growth    files with 10,000, 100,000 and 1,000,000 nodes, lights, materials, primitives, corners of a polygon, points
+            and others, and up to 60,000 items of an overlay: `info` and a still, each beside a tenth of them; two
+            minutes at the most
   baseline  ours and the program of --baseline in turns, on 16 and 1,024 lights
 
 A cell counts only if its picture is that of brute force, which visits every light for every pixel. Otherwise it says

@@ -83,6 +83,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     job::check_aovs(true, &chosen.settings(Settings::default(), None)?.0)?;
     session::note_cache(!args.cache.no_cache);
     let mut surroundings = Surroundings::new(session::cache(!args.cache.no_cache));
+    interrupt::heed(true);
     let mut read = |argument: &str| -> Result<Read, Failure> {
         let input = one(argument)?;
         let Opened { mut scene, mut warnings, stage } = input.load()?;
@@ -101,7 +102,6 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let (mut a, mut b) = (read(&args.a)?, read(&args.b)?);
     let (framing, placement) = bring_near(&mut a, &mut b, &spec);
     let view = view(&spec, &a.scene, &framing, width as f32 / height as f32)?;
-    interrupt::heed(true);
     let mut renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
     // Positions are compared in world space, where floats are fine.
     let request =

@@ -39,8 +39,8 @@ const LAMP_STOPS: [f64; 2] = [-2.0, -4.0];
 /// The largest component of a pale colour exceeds its luminance by so many stops at most.
 const PALE_STOPS: f64 = 0.5;
 
-/// The shares of the surfaces, from the brightest on, between which highlights lower the exposure: sparks and small lamps
-/// take up less than the first. A band and not one place, so that a highlight that grows slowly moves it slowly.
+/// The shares of the surfaces, from the brightest on, between which highlights lower the exposure: sparks and small
+/// lamps take up less than the first. A band and not one place, so that a highlight that grows slowly moves it slowly.
 pub(crate) const HIGHLIGHT_SHARES: [f64; 2] = [0.03, 0.06];
 
 /// A pixel that is brighter than white asks for so many stops less at most.

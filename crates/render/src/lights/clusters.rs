@@ -25,8 +25,8 @@ pub struct ClusterUniform {
     /// Of shadows: how far the comparisons of a filter lie from its middle in texels, 1 if texels are seen as they are,
     /// the comparison whose turn it is, the bias in texels.
     pub shadow_filter: [f32; 4],
-    /// Of rays in the picture that find more shadows: their length in metres, 1 / how far what they pass behind goes on.
-    /// Then 1 in a sample that leaves out tiles that are settled, and 0.
+    /// Of rays in the picture that find more shadows: their length in metres, and 1 / how far what they pass behind
+    /// goes on. Then 1 in a sample that skips converged tiles, and 0.
     pub contact: [f32; 4],
     /// Of the textures of lists and lights: one divided by the rows of the first, which holds the records of lists and
     /// then the lights; the middle of its first row of lights, as a share of all; one divided by the rows of the

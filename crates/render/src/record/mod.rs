@@ -120,7 +120,8 @@ impl<'r, 'f> Recorder<'r, 'f> {
         }
     }
 
-    /// The extent of what the view sees, in metres, which lengths follow that settings leave open. It need not be finite.
+    /// The extent of what the view sees, in metres, which lengths follow that settings leave open. It need not be
+    /// finite.
     pub fn extent_m(&self) -> f32 {
         *self.view.extent_m.get_or_init(|| self.frame.world.extent_m(&self.view.uniform))
     }

@@ -16,8 +16,8 @@ use manypass_scene::Scene;
 /// The longer side of the frame that is metered, whatever the size of the picture.
 const LONGER_SIDE_PX: u32 = 128;
 
-/// The same where a crowd of lights reaches every pixel: the frame shrinks as far as this, so that metering costs no
-/// more than a frame of [`LIGHT_PIXELS_MAX`] pixels under one light.
+/// The same where a crowd of lights reaches every pixel: the frame shrinks as far as this, so that up to 32,768 lights
+/// cost no more than a frame of [`LIGHT_PIXELS_MAX`] pixels under one light.
 const LONGER_SIDE_MIN_PX: u32 = 32;
 
 /// The most pixels times lights without a range: 2,048 lights at the full size.
@@ -457,6 +457,7 @@ mod tests {
         assert_eq!([size(1280, 720), size(64, 36)], [(128, 72); 2]);
         assert_eq!([size(100, 1), size(1, 1)], [(128, 1), (128, 128)]);
     }
+
     #[test]
     fn a_crowd_of_lights_that_reach_everywhere_is_metered_in_a_smaller_frame() {
         assert_eq!([0, 1, 2048].map(side_under), [LONGER_SIDE_PX; 3]);

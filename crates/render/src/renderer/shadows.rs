@@ -109,8 +109,8 @@ pub(super) fn filter_uniform(settings: &ShadowSettings, sample_index: u32) -> [f
     [spread, hard, turn as f32, settings.bias_texels]
 }
 
-/// The uniform's part that says how far rays in the picture look for more shadows, and whether the sample leaves out
-/// tiles: see `light_table.wgsl`.
+/// The uniform's part that says how far rays in the picture look for more shadows, and whether the sample skips
+/// converged tiles: see `light_table.wgsl`.
 pub(super) fn contact_uniform(settings: &ShadowSettings, leaves_out: bool) -> [f32; 4] {
     let thickness_m =
         if settings.contact_thickness_m > 0.0 { settings.contact_thickness_m } else { 0.5 * settings.contact_m };

@@ -16,7 +16,7 @@ struct ClusterGrid {
     // 0, the bias in texels.
     shadow_filter: vec4f,
     // Of rays in the picture that find more shadows: their length in metres, 1 / how far what they pass behind goes on.
-    // Then 1 in a sample that leaves out tiles that are settled, and 0.
+    // Then 1 in a sample that skips converged tiles, and 0.
     contact: vec4f,
     // See `TableRows`.
     table_rows: vec4f,

@@ -30,6 +30,13 @@ const CELLS: f32 = 8.0;
 /// Cells end here, so that integers hold them.
 const FARTHEST_CELL: Vec3 = Vec3::splat(1e6);
 
+/// How many points the primitives have that a scene draws.
+pub(super) fn points_of(scene: &Scene) -> usize {
+    let mesh_of = |id: NodeId| scene.meshes.get(scene.node(id).mesh?);
+    let primitives = scene.visible_nodes().into_iter().filter_map(mesh_of).flat_map(|mesh| &mesh.primitives);
+    primitives.map(|primitive| primitive.positions.len()).sum()
+}
+
 /// Whether points are all that a scene draws.
 pub(super) fn is_cloud(scene: &Scene) -> bool {
     let mesh_of = |id: NodeId| scene.meshes.get(scene.node(id).mesh?);

@@ -12,7 +12,8 @@ use std::sync::Arc;
 /// The words of `slot`.
 pub(super) const SLOTS: &[&str] = &["emission", "base_color"];
 
-/// A picture fills the UV square 0 to 1. UVs that go beyond it by no more than this hide nothing of it that anybody sees.
+/// A picture fills the UV square 0 to 1. UVs that go beyond it by no more than this hide nothing of it that anybody
+/// sees.
 const UV_MARGIN: f32 = 0.01;
 
 /// Where a picture is shown, by the keys `material`, `slot`, `luminance_cd_m2` and `texcoord`.
