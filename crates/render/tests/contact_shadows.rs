@@ -107,7 +107,7 @@ fn gaps_that_maps_miss_are_dark() {
         let without = compare(&world, &shares(&mut renderer, &scene, &request(&scene, 0.0), 16));
         let with = compare(&world, &shares(&mut renderer, &scene, &request(&scene, 0.3), 16));
         println!("{name}: {without:?} without, {with:?} with");
-        assert!(without.shadowed > 150 && without.leaks * 10 > without.shadowed * 9, "{name}: nothing to look at");
+        assert!(without.shadowed > 150 && without.leaks * 2 > without.shadowed, "{name}: nothing to look at");
         assert!(with.leaks * 10 < with.shadowed && with.dark * 200 < with.lit, "{name}: {with:?}");
     }
 }

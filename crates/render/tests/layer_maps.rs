@@ -88,13 +88,15 @@ fn image() -> Vec<u8> {
 fn file(way: Way) -> File {
     let mut values: [Vec<f32>; 5] = Default::default();
     let (sin, cos) = ROTATION_RAD.sin_cos();
+    // Along the set that maps of directions are on.
+    let along = if way == Way::First { Vec3::X } else { Vec3::new(cos, sin, 0.0) };
     for i in 0..STEPS * STEPS {
         let [u, v] = [i % STEPS, i / STEPS].map(|step| f32::from(step) / f32::from(STEPS - 1));
         let [x, y] = [u - 0.5, 0.5 - v];
         let normal = Vec3::new(1.4 * x, 1.4 * y, 1.0).normalize();
         values[0].extend([x, y, -0.7 * (x * x + y * y)]);
         values[1].extend(normal.to_array());
-        values[2].extend((Vec3::X - normal * normal.x).normalize().extend(1.0).to_array());
+        values[2].extend((along - normal * normal.dot(along)).normalize().extend(1.0).to_array());
         values[3].extend([u, v]);
         // The transform's inverse.
         let [s, t] = [u - OFFSET[0], v - OFFSET[1]];

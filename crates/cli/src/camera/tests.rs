@@ -173,7 +173,7 @@ fn strays_are_told_of_where_the_camera_is_fitted() {
     let framing = Framing::of_scene(&scene);
     let hint = |place: Place| stray_hint(&CameraSpec { place, ..CameraSpec::default() }, &scene, &framing);
     let said = hint(Place::Default).expect("a hint");
-    assert!(said.starts_with("1 of its points lie") && said.contains("; --orbit 30,28,2700 takes"), "{said}");
+    assert!(said.starts_with("1 of its points lie") && said.contains("; --orbit 30,28,2700 shows"), "{said}");
     assert!(hint(Place::Automatic).is_some() && hint(DEFAULT_ORBIT).is_some());
     assert!(hint(Place::Eye(DVec3::ONE)).is_none());
     assert!(stray_hint(&CameraSpec::default(), &unit_scene(), &unit_framing()).is_none());

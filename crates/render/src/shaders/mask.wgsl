@@ -20,11 +20,23 @@ const SAMPLES: f32 = 4.0;
 // What has no alpha is dropped.
 const THRESHOLD_MIN: f32 = 1e-6;
 
-// What is read of a texture is even as far as its finest texel differs from it by less than this, as a share of what
-// it is away from 0 or 1; from twice as much on it is not.
+// What is read of a texture is even as far as its finest texels differ from it by less than this, as a share of how far
+// it is from 0 or 1; from twice as much on it is not.
 const EVEN_SHARE: f32 = 0.25;
 // Alpha that differs by less from pixel to pixel is even.
 const WIDTH_MIN: f32 = 1e-4;
+
+// How far the four finest texels around a place, each at its middle, are from what was read of the texture.
+@if((textures || masks) && !points)
+fn unlike_finest(uv: vec2f, size: vec2f, read: f32) -> f32 {
+    let first = floor(uv * size) + 0.5;
+    var farthest = 0.0;
+    for (var i = 0u; i < 4u; i++) {
+        let place = (first + vec2f(f32(i & 1u), f32(i >> 1u))) / size;
+        farthest = max(farthest, abs(textureSampleLevel(base_color_texture, base_color_sampler, place, 0.0).a - read));
+    }
+    return farthest;
+}
 
 // How far the hash has taken over: not at all where a texel is two pixels wide, and wholly where it is one, or what is
 // read of the texture is coarser, and its alpha so much as of it is there. Alpha that is even, or rises slowly, says
@@ -33,11 +45,10 @@ const WIDTH_MIN: f32 = 1e-4;
 fn hashed_share(in: SurfaceVarying, bias: f32) -> f32 {
     let size = vec2f(textureDimensions(base_color_texture));
     let uv = material_uv(in.uv, 0u);
-    let finest = textureSampleLevel(base_color_texture, base_color_sampler, uv, 0.0).a;
     @if(!relief) let read = textureSampleBias(base_color_texture, base_color_sampler, uv, bias).a;
     @if(relief) let read = textureSampleGrad(base_color_texture, base_color_sampler, uv,
         material_uv_dx(0u, bias), material_uv_dy(0u, bias)).a;
-    let unlike = abs(read - finest) / max(min(read, 1.0 - read), 1e-4);
+    let unlike = unlike_finest(uv, size, read) / max(min(read, 1.0 - read), 1e-4);
     let uneven = clamp(unlike / EVEN_SHARE - 1.0, 0.0, 1.0);
     @if(!relief) let texel = uv * size;
     @if(!relief) let across = dpdx(texel);

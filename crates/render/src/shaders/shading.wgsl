@@ -5,7 +5,7 @@ import package::constants::{DIRECTIONAL_ALBEDO_SIZE, ROUGHNESS_PERCEPTUAL_MIN};
 import package::shaders::brdf::{Shading, set_lamp_terms};
 
 // The least cosine between the normals of a surface and of its facet where the surface is flat.
-const FLAT_LIKENESS_MIN: f32 = 0.999;
+const FLAT_LIKENESS_MIN: f32 = 0.9998;
 
 // Scale and bias of f0 in the directional albedo of GGX (Karis 2013), and the directional albedo of sheen, over n.v (u)
 // and perceptual roughness (v); integrated by `build.rs`. They are the lowest rows of a texture that may hold the images

@@ -78,18 +78,22 @@ fn vs_shadows(in: SurfaceInput) -> ShadowVarying {
     return out;
 }
 
-// 0 ≤ x < 1 and another one for every texel, object and sample; the samples go on by the golden ratio. Each texel has
-// every 16 of them in an order of its own for each object, so that two of them behind each other let through the
-// product of what each does.
+// 0 ≤ x < 1 and another one for every texel, object and sample. The four texels of a square have one of each quarter in
+// every sample, so that a filter sees little of the pattern; each has every 16th once in 16 samples, in an order of its
+// own for each object, so that two of them behind each other let through the product of what each does. Then samples go
+// on by the golden ratio.
 fn threshold_at(position_px: vec2f, object: u32) -> f32 {
     let texel = vec2u(position_px);
-    let place = (object * 0x1f1f1f1fu) ^ (texel.x * 0x8da6b343u) ^ (texel.y * 0xd8163841u);
-    let hash = mixed((place + 1u) * 0x9e3779b9u);
-    // Each step is one to one on the numbers below 16.
-    var order = (view.sample_index * (hash | 1u) + (hash >> 8u)) & 15u;
-    order = ((order ^ (order >> 2u)) * ((hash >> 16u) | 1u)) & 15u;
-    let sample_index = (view.sample_index & 0xfffffff0u) | order;
-    return fract(f32(hash >> 8u) / 16777216.0 + f32(sample_index) * 0.61803398875);
+    let square = (object * 0x1f1f1f1fu) ^ ((texel.x >> 1u) * 0x8da6b343u) ^ ((texel.y >> 1u) * 0xd8163841u);
+    let of_square = mixed((square + 1u) * 0x9e3779b9u);
+    let place = (texel.x & 1u) | ((texel.y & 1u) << 1u);
+    let of_texel = mixed(of_square ^ ((place + 1u) * 0x85ebca6bu));
+    // Odd factors are one to one on the numbers below 4.
+    let turned = place ^ ((view.sample_index * (of_square | 1u) + (of_square >> 8u)) & 3u);
+    let quarter = select(turned, ((turned & 1u) << 1u) | (turned >> 1u), (of_square & 0x10000u) != 0u);
+    let part = ((view.sample_index >> 2u) * (of_texel | 1u) + (of_texel >> 8u)) & 3u;
+    let within = fract(f32(of_texel >> 8u) / 16777216.0 + f32(view.sample_index >> 4u) * 0.61803398875);
+    return (f32(quarter * 4u + part) + within) / 16.0;
 }
 
 // The same for the ground's map, which is drawn once for all samples: spread evenly over any few texels. The pattern of
