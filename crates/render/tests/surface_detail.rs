@@ -410,8 +410,9 @@ fn relief_is_the_picture_and_the_shadow_of_the_mesh_that_it_stands_for() {
     let mut wrong_cases = Vec::new();
     for (name, light, least_smooth, most_with_self_shadow) in lights {
         let mesh = wavy(None, DEPTH_M, light.clone());
-        // Maps of the two have other depths, by which they are rounded: one pixel or two.
-        for (method, path, most) in [("deferred", Path::Deferred, 0.001), ("forward", Path::Forward, 0.003)] {
+        // Maps of the two have other depths, by which they are rounded: one pixel or two, and a few more where leaks are
+        // looked for, which a tenth of a texel decides.
+        for (method, path, most) in [("deferred", Path::Deferred, 0.004), ("forward", Path::Forward, 0.01)] {
             let expected = radiance(&mesh, &shadowed(&mesh, path));
             for (self_shadow, most) in [(false, most), (true, most_with_self_shadow)] {
                 let height = HeightMap { self_shadow, ..occlusion(DEPTH_M) };

@@ -15,7 +15,6 @@ pub use settings::GroundSettings;
 use crate::colour::finite_product;
 use crate::environment::{Background, Environment};
 use crate::lights::LightTable;
-use crate::request::FrameRequest;
 use crate::view::View;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
@@ -165,15 +164,12 @@ impl GroundLight {
         Some(Self { parallel, irradiance: Vec3::new(red, green, blue), is_from_everywhere: false })
     }
 
-    /// The broad source of the picture that a request has as its environment.
-    pub fn of_broad_source(source: &EnvironmentLight, request: &FrameRequest) -> Option<Self> {
-        if request.settings.environment.source != Environment::File {
-            return None;
-        }
-        let EnvironmentLight { direction, irradiance, half_angle_tan } = request.environment_light(source)?;
+    /// A broad source of a picture, turned and as strong as its environment is.
+    pub fn of_broad_source(source: &EnvironmentLight, pre_exposure: f32) -> Self {
+        let EnvironmentLight { direction, irradiance, half_angle_tan } = *source;
         let parallel = ParallelLight { direction, half_angle_tan, casts_shadows: true };
-        let irradiance = irradiance.map(|value| finite_product(value, request.pre_exposure()));
-        Some(Self { parallel, irradiance, is_from_everywhere: true })
+        let irradiance = irradiance.map(|value| finite_product(value, pre_exposure));
+        Self { parallel, irradiance, is_from_everywhere: true }
     }
 }
 

@@ -9,7 +9,7 @@ use crate::environment::Environment;
 use crate::gpu::{Gpu, destroy};
 use crate::ground::{Ground, GroundLight, GroundMap, map_under, side_texels};
 use crate::record::InstanceTable;
-use crate::request::FrameStats;
+use crate::request::{FrameRequest, FrameStats};
 use manypass_graph::TextureDesc;
 use manypass_scene::EnvironmentLight;
 
@@ -55,7 +55,7 @@ impl Renderer {
         let (asked, state) = asked.iter().zip(states).find(has_ground)?;
         let of_table = state.lists.as_ref().and_then(|lists| GroundLight::of_table(&lists.table));
         let broad_source = if of_table.is_none() { self.broad_source_of(asked) } else { None };
-        let of_picture = broad_source.and_then(|source| GroundLight::of_broad_source(&source, &asked.request));
+        let of_picture = light_of_broad_source(broad_source.as_ref(), &asked.request);
         let light = of_table.or(of_picture).map(|GroundLight { mut parallel, .. }| {
             parallel.casts_shadows &= asked.request.settings.shadows.enabled;
             parallel
@@ -86,9 +86,18 @@ impl Renderer {
 
     /// The broad source of the picture that a view has as its environment.
     fn broad_source_of(&mut self, asked: &Asked) -> Option<EnvironmentLight> {
-        let is_picture = asked.request.settings.environment.source == Environment::File;
-        self.computed.broad_source(asked.environment.as_ref().filter(|_| is_picture)?)
+        self.computed.broad_source(asked.environment.as_ref().filter(|_| has_picture(&asked.request))?)
     }
+}
+
+fn has_picture(request: &FrameRequest) -> bool {
+    request.settings.environment.source == Environment::File
+}
+
+/// The light of a broad source of a picture, for a view that has that picture as its environment.
+pub(super) fn light_of_broad_source(source: Option<&EnvironmentLight>, request: &FrameRequest) -> Option<GroundLight> {
+    let source = request.environment_light(source.filter(|_| has_picture(request))?)?;
+    Some(GroundLight::of_broad_source(&source, request.pre_exposure()))
 }
 
 fn create(gpu: &Gpu, map: &TextureDesc) -> wgpu::TextureView {
