@@ -310,7 +310,13 @@ fn file_failure(error: &Diagnostic, effects: &[PathBuf], hint: &str) -> Failure 
 /// What is said of a flag's value, in words of the flag.
 fn flag_failure(flag: &str, value: &str, error: SettingsError) -> Failure {
     let SettingsError::BadValue { expected, .. } = error else { return Failure::usage(error, "report this") };
-    Failure::usage(format!("`{value}` is no value of {flag}"), format!("write {expected}"))
+    let is_environment = value == "sky" || value.ends_with(".hdr") || value.ends_with(".exr");
+    let hint = if flag == "--background" && is_environment {
+        format!("write --environment {value}, which is behind the model, too")
+    } else {
+        format!("write {expected}")
+    };
+    Failure::usage(format!("`{value}` is no value of {flag}"), hint)
 }
 
 /// A setting of an effect that has no value.
@@ -415,6 +421,7 @@ mod tests {
         for (flags, expected) in [
             (&["--environment", "12345"][..], "`12345` is no value of --environment"),
             (&["--background", "-1"], "`-1` is no value of --background"),
+            (&["--background", "sky"], "`sky` is no value of --background"),
             (&["--exposure", "65"], "--exposure"),
             (&["--environment-intensity", "-1"], "--environment-intensity"),
             (&["--set", "a"], "has no `=`"),
@@ -427,6 +434,8 @@ mod tests {
                     .collect();
             let failure = chosen(&flags.iter().map(String::as_str).collect::<Vec<_>>()).expect_err(expected);
             assert!(failure.code() == 2 && failure.message.contains(expected), "{failure:?}");
+            let is_sky = flags.contains(&"sky".to_owned());
+            assert_eq!(failure.hint.contains("--environment sky"), is_sky);
         }
     }
 }
