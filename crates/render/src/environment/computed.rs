@@ -1,7 +1,7 @@
 //! Pictures of the environment that are computed, and come from no file. They are kept while the settings that they are
 //! made of stay.
 
-use super::mean::OfMaps;
+use super::mean::PerMap;
 use super::{Environment, EnvironmentSettings};
 use glam::Vec3;
 use manypass_scene::{EnvironmentLight, EnvironmentMap, Sky};
@@ -20,8 +20,8 @@ impl EnvironmentSettings {
 #[derive(Debug, Default)]
 pub(crate) struct ComputedEnvironments {
     skies: Vec<(Sky, Arc<EnvironmentMap>)>,
-    means: OfMaps<Vec3>,
-    broad_sources: OfMaps<Option<EnvironmentLight>>,
+    means: PerMap<Vec3>,
+    broad_sources: PerMap<Option<EnvironmentLight>>,
 }
 
 impl ComputedEnvironments {

@@ -6,9 +6,9 @@ use std::sync::{Arc, Weak};
 
 /// A value of each of the maps that are still held elsewhere.
 #[derive(Debug, Default)]
-pub(super) struct OfMaps<T>(Vec<(Weak<EnvironmentMap>, T)>);
+pub(super) struct PerMap<T>(Vec<(Weak<EnvironmentMap>, T)>);
 
-impl<T: Copy> OfMaps<T> {
+impl<T: Copy> PerMap<T> {
     /// That of `map`, which `compute` finds if it is not known.
     pub fn of(&mut self, map: &Arc<EnvironmentMap>, compute: impl FnOnce(&EnvironmentMap) -> T) -> T {
         self.0.retain(|(known, _)| known.strong_count() > 0);
@@ -30,7 +30,7 @@ mod tests {
     #[test]
     fn the_mean_is_computed_once_a_map() {
         let of_radiance = |radiance: f32| Arc::new(EnvironmentMap::from_fn("a", 8, 4, |_| Vec3::splat(radiance)));
-        let mut means = OfMaps::<Vec3>::default();
+        let mut means = PerMap::<Vec3>::default();
         let mut count = 0;
         let mut mean_of = |map: &Arc<EnvironmentMap>| {
             let mean = means.of(map, |map| {

@@ -330,12 +330,8 @@ impl Described {
         };
         let shared = shared_texel(scene, material);
         let (rough_metal, occlusion) = match shared {
-            Some((occlusion, metallic_roughness)) => {
-                let source = if occlusion == metallic_roughness {
-                    ImageSource::Image { image: occlusion, is_srgb: false }
-                } else {
-                    ImageSource::Packed { occlusion, metallic_roughness }
-                };
+            Some(images) => {
+                let source = shared_source(images);
                 let sampler =
                     material.metallic_roughness_texture.and_then(|reference| scene.textures.get(reference.texture));
                 let both = textures.view(scene, source).cloned().zip(sampler.map(|texture| texture.sampler));
@@ -418,6 +414,15 @@ impl Described {
             casts_shadow,
             is_baked,
         }
+    }
+}
+
+/// What holds the images of occlusion and of metal and roughness in one texture.
+fn shared_source((occlusion, metallic_roughness): (usize, usize)) -> ImageSource {
+    if occlusion == metallic_roughness {
+        ImageSource::Image { image: occlusion, is_srgb: false }
+    } else {
+        ImageSource::Packed { occlusion, metallic_roughness }
     }
 }
 

@@ -115,8 +115,9 @@ impl EnvironmentMap {
 
 impl EnvironmentMap {
     /// The broad source from which most light of a picture comes, if there is one, up to 20° from its middle: a sun
-    /// behind clouds, a window, a soft box. It stays in the picture; what stands on the ground takes it from there. None where
-    /// light comes evenly, where a sun is [`Self::light`], and where the file brings its own reflections or irradiance.
+    /// behind clouds, a window, a soft box. It stays in the picture; what stands on the ground takes it from there.
+    /// None where light comes evenly, where a sun is [`Self::light`], and where the file brings its own reflections or
+    /// irradiance.
     pub fn broad_source(&self) -> Option<EnvironmentLight> {
         if self.light.is_some() || self.prefiltered.is_some() || self.irradiance.is_some() {
             return None;
