@@ -18,7 +18,8 @@ Cycles, beside the distance of Filament's pictures from the same.
   FLIP   the mean of `manypass diff`
 
   ours are rendered twice as large as the published pictures and scaled by Lanczos's filter, as those were. For every scene
-  there is a sheet: theirs, ours, and the map of FLIP. The command fails if the median of our distance is above Filament's.
+  there is a sheet: theirs, ours, and the map of FLIP. The command fails if the median of our distance is above Filament's, or
+  above 0.9 of it with both as lossy files in the same encoding (`packed`, `Filament by gamma`).
 
 traced: path-traces scenes of core glTF, and of four extensions, with Mitsuba 3 (xtask/mitsuba; installed by pip into
 target/mitsuba), once under each light, and compares radiance (EXR): the ratio of means, the mean absolute difference, and HDR-FLIP.

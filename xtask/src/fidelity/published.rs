@@ -41,6 +41,8 @@ const WHOLE: Measure = |distance| distance.rmse.whole;
 const COVERED: Measure = |distance| distance.rmse.covered;
 const OTHER: Measure = |distance| distance.rmse_other;
 const PACKED: Measure = |distance| distance.rmse_packed;
+/// The most that our median may be of Filament's, both as lossy files and by a power of 1/2.2: what we aim at.
+const SHARE_MAX: f64 = 0.9;
 const FLIP: Measure = |distance| distance.flip;
 
 /// Renders, compares, prints the table and writes `fidelity.json`.
@@ -169,6 +171,13 @@ fn print_medians(run: &mut Fidelity, rows: &[Row]) -> Value {
     row.splice(OTHER_COLUMN..OTHER_COLUMN, [cell(ours), cell(filament)]);
     let packed = median(viewer.iter().map(|pair| PACKED(&pair.ours)).collect());
     value["viewer_rmse_packed"] = json!({ "ours": packed });
+    if let (true, Some(ours), Some(filament)) = (run.options.only.is_empty(), packed, filament)
+        && ours > SHARE_MAX * filament
+    {
+        run.failures.push(format!(
+            "the median of viewer_rmse_packed is {ours:.2}, above {SHARE_MAX} of Filament's in the same encoding, {filament:.2}"
+        ));
+    }
     row.insert(PACKED_COLUMN, cell(packed));
     run.report.row(row);
     value
