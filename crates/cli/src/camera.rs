@@ -144,18 +144,18 @@ pub fn hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Option<Strin
 }
 
 /// What to say of points of a cloud that lie far from all others, where the camera is fitted to the rest.
-pub fn stray_hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Option<String> {
+pub fn outlier_hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Option<String> {
     let is_fitted = match spec.place {
         Place::Default => spec.turns || scene.placed_cameras().is_empty(),
         Place::Automatic | Place::Orbit { radius_m: None, .. } => true,
         _ => false,
     };
-    let strays = framing.strays().filter(|_| is_fitted)?;
-    let corners = strays.bounds_world.corners();
+    let outliers = framing.outliers().filter(|_| is_fitted)?;
+    let corners = outliers.bounds_world.corners();
     let reach_m = corners.iter().map(|corner| corner.distance(framing.center_world())).fold(0.0, f32::max);
     // A sphere fills a picture of 45° from 2.6 of its radii; the number is rounded for people.
     let distance_m: f64 = format!("{:.1e}", 3.0 * reach_m).parse().unwrap_or_default();
-    let count = strays.count;
+    let count = outliers.count;
     let found = format!("{count} of its points lie far from all others, and the camera is fitted to the rest");
     Some(format!("{found}; --orbit 30,28,{distance_m} shows more of them"))
 }

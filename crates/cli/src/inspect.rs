@@ -113,7 +113,7 @@ fn describe(name: &str, scene: &Scene, mut warnings: Vec<String>) -> Result<Valu
     let (width, height) = CAMERA_SIZE_PX;
     let framing = Framing::of_scene(scene);
     // As it is posed; what is drawn by boxes alone, such as a scene without vertices, has none.
-    let whole = framing.strays().map_or(*framing.bounds_world(), |strays| strays.bounds_world);
+    let whole = framing.outliers().map_or(*framing.bounds_world(), |outliers| outliers.bounds_world);
     let bounds = if scene.bounds_world().is_empty() { Aabb::EMPTY } else { whole };
     warnings.extend(bounds.far_warning());
     let in_file = |place: Vec3| (place.as_dvec3() + scene.origin_m.as_dvec3()).to_array();

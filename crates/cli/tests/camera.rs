@@ -288,27 +288,27 @@ fn a_room_is_seen_from_inside_with_a_hint_how_to_leave_it() {
 }
 
 #[test]
-fn a_stray_point_does_not_make_a_cloud_small() {
+fn an_outlier_does_not_make_a_cloud_small() {
     if !has_adapter() {
         return;
     }
-    let folder = Folder::new("camera-strays");
+    let folder = Folder::new("camera-outliers");
     let grid: String = (0..12 * 12 * 12).map(|i| format!("{} {} {}\n", i % 12, i / 12 % 12, i / 144)).collect();
     let cloud = |count: usize, more: &str| {
         let header = "property float x\nproperty float y\nproperty float z\nend_header\n";
         format!("ply\nformat ascii 1.0\nelement vertex {count}\n{header}{grid}{more}")
     };
     folder.write("clean.ply", cloud(1728, "").as_bytes());
-    folder.write("stray.ply", cloud(1729, "0 500 0\n").as_bytes());
+    folder.write("outlier.ply", cloud(1729, "0 500 0\n").as_bytes());
     let seen = |args: &[&str]| {
         let run = render(&folder, &[args, &["-o", "a.png"]].concat()).expect(0);
         (margins(&image::open(folder.join("a.png")).expect("a picture").to_rgba8()), run.stderr)
     };
     let (clean, said) = seen(&["clean.ply"]);
     assert_eq!(said, "");
-    let (stray, said) = seen(&["stray.ply"]);
-    assert_eq!(stray, clean);
-    assert!(said.starts_with("hint: stray.ply: 1 of its points lie far from all others") && said.contains("--orbit"));
-    let (_, said) = seen(&["stray.ply", "--eye", "30,20,30"]);
+    let (outlier, said) = seen(&["outlier.ply"]);
+    assert_eq!(outlier, clean);
+    assert!(said.starts_with("hint: outlier.ply: 1 of its points lie far from all others") && said.contains("--orbit"));
+    let (_, said) = seen(&["outlier.ply", "--eye", "30,20,30"]);
     assert_eq!(said, "");
 }

@@ -3,24 +3,24 @@
 //! A [`Framing`] holds the vertices that a scene draws, in one pose or over a whole animation. Its [`Fit`] finds, for a
 //! camera of a given rotation, the one place from which they fill the picture; [`Framing::turning`] does so for a model
 //! that turns, so that one place does for every angle. What encloses its middle is seen from inside ([`Interior`]), and
-//! points of a cloud that lie far from all others are not framed ([`Strays`]).
+//! points of a cloud that lie far from all others are not framed ([`Outliers`]).
 
 mod fit;
 mod furniture;
 mod interior;
 mod outer;
+mod outliers;
 mod panorama;
 mod points;
 mod shown;
-mod strays;
 #[cfg(test)]
 mod tests;
 mod vertices;
 
 pub use fit::Fit;
 pub use interior::Interior;
+pub use outliers::Outliers;
 pub use shown::{LEAST_OF_MODEL, LEAST_OF_PICTURE, Shown};
-pub use strays::Strays;
 
 use crate::animation::{Animation, Property};
 use crate::capture::{Monitor, MonitorCamera};
@@ -57,7 +57,7 @@ pub struct Framing {
     /// Relative to the middle of the bounds.
     points: Points<3>,
     interior: Option<Interior>,
-    strays: Option<Strays>,
+    outliers: Option<Outliers>,
 }
 
 /// Whether a point is at a place, and not so far away that squares of distances are not finite.
@@ -68,7 +68,7 @@ fn is_placed(point: &Vec3) -> bool {
 impl Framing {
     /// The vertices of everything that `scene` draws, as of its last [`Scene::update_transforms`]; above 10⁷ vertices,
     /// the boxes around them. Where the scene has no camera, this finds out whether it is to be seen from inside, and
-    /// where it is a cloud of points, which are its [`Strays`]. Takes about 20 ms for a million of triangles.
+    /// where it is a cloud of points, which are its [`Outliers`]. Takes about 20 ms for a million of triangles.
     pub fn of_scene(scene: &Scene) -> Self {
         let interior = if scene.placed_cameras().is_empty() { Interior::find(scene) } else { None };
         Self { interior, ..Self::of_drawn(vertices::posed(scene), &[scene]) }
@@ -103,16 +103,16 @@ impl Framing {
         Self::of_points(if bounds_world.is_empty() { Vec::new() } else { bounds_world.corners().to_vec() })
     }
 
-    /// Of the points that scenes draw; of a cloud without its strays.
+    /// Of the points that scenes draw; of a cloud without its outliers.
     fn of_drawn(mut points: Vec<Vec3>, scenes: &[&Scene]) -> Self {
-        let vertices: usize = scenes.iter().map(|scene| strays::points_of(scene)).sum();
+        let vertices: usize = scenes.iter().map(|scene| outliers::points_of(scene)).sum();
         // Of a cloud of too many points there are but the corners of boxes.
-        if points.len() < vertices || !scenes.iter().all(|scene| strays::is_cloud(scene)) {
+        if points.len() < vertices || !scenes.iter().all(|scene| outliers::is_cloud(scene)) {
             return Self::of_points(points);
         }
         points.retain(is_placed);
-        let strays = strays::leave_out(&mut points);
-        Self { strays, ..Self::of_points(points) }
+        let outliers = outliers::leave_out(&mut points);
+        Self { outliers, ..Self::of_points(points) }
     }
 
     /// Of points in world space. Points that are not finite are passed over; where there are none, a cube of 2 m around
@@ -130,7 +130,7 @@ impl Framing {
         let least_m = 1e-6 * center.length();
         let radius_m = Some(bounds_world.radius_m()).filter(|radius_m| *radius_m > least_m);
         let radius_m = radius_m.unwrap_or(1.0f32.max(100.0 * least_m));
-        Self { bounds_world, radius_m, points, interior: None, strays: None }
+        Self { bounds_world, radius_m, points, interior: None, outliers: None }
     }
 
     /// Places cameras before what is framed.
@@ -171,16 +171,17 @@ impl Framing {
 
     /// The points of a cloud that are drawn and not framed, because they lie far from all others; none elsewhere, and
     /// where leaving them out would not make the box around all points less than half as large.
-    pub fn strays(&self) -> Option<&Strays> {
-        self.strays.as_ref()
+    pub fn outliers(&self) -> Option<&Outliers> {
+        self.outliers.as_ref()
     }
 
     /// A far plane that cuts nothing, seen from `eye_world`.
     pub fn far_m(&self, eye_world: Vec3) -> f32 {
         let behind = |center: Vec3, radius_m: f32| eye_world.distance(center) + 2.0 * radius_m;
-        let strays =
-            self.strays.map_or(0.0, |strays| behind(strays.bounds_world.center(), strays.bounds_world.radius_m()));
-        behind(self.center_world(), self.radius_m).max(strays)
+        let outliers = self
+            .outliers
+            .map_or(0.0, |outliers| behind(outliers.bounds_world.center(), outliers.bounds_world.radius_m()));
+        behind(self.center_world(), self.radius_m).max(outliers)
     }
 
     /// `world_from_view` and the projection of a camera of which nothing is known: inside what encloses its middle,

@@ -161,7 +161,7 @@ fn places_far_away_keep_their_digits_until_they_are_told_from_the_origin() {
 }
 
 #[test]
-fn strays_are_told_of_where_the_camera_is_fitted() {
+fn outliers_are_told_of_where_the_camera_is_fitted() {
     let grid = |i: u16| [f32::from(i % 13), f32::from(i % 11), f32::from(i % 7)];
     let positions: Vec<[f32; 3]> = (0..2000).map(grid).chain([[900.0, 0.0, 0.0]]).collect();
     let bounds = Aabb::from_points(positions.iter().copied().map(Vec3::from));
@@ -171,10 +171,10 @@ fn strays_are_told_of_where_the_camera_is_fitted() {
     scene.add_node(None, Node { mesh: Some(0), ..Node::default() });
     scene.update_transforms();
     let framing = Framing::of_scene(&scene);
-    let hint = |place: Place| stray_hint(&CameraSpec { place, ..CameraSpec::default() }, &scene, &framing);
+    let hint = |place: Place| outlier_hint(&CameraSpec { place, ..CameraSpec::default() }, &scene, &framing);
     let said = hint(Place::Default).expect("a hint");
     assert!(said.starts_with("1 of its points lie") && said.contains("; --orbit 30,28,2700 shows"), "{said}");
     assert!(hint(Place::Automatic).is_some() && hint(DEFAULT_ORBIT).is_some());
     assert!(hint(Place::Eye(DVec3::ONE)).is_none());
-    assert!(stray_hint(&CameraSpec::default(), &unit_scene(), &unit_framing()).is_none());
+    assert!(outlier_hint(&CameraSpec::default(), &unit_scene(), &unit_framing()).is_none());
 }

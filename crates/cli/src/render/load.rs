@@ -108,7 +108,7 @@ impl Batch<'_> {
         self.warn(&item.input.name(), &warnings)?;
         let mut hints: Vec<String> = camera::hint(&self.job.look.camera, &scene, &framing).into_iter().collect();
         hints.extend(self.show_whole(&scene, &framing, &mut looks));
-        hints.extend(looks.iter().find_map(|look| camera::stray_hint(&look.camera, &scene, &framing)));
+        hints.extend(looks.iter().find_map(|look| camera::outlier_hint(&look.camera, &scene, &framing)));
         hints.extend(shot::unborn_hint(&scene, args));
         hints.iter().for_each(|hint| self.hint(&item.input.name(), hint));
         Ok(Loaded {

@@ -329,40 +329,40 @@ fn cloud(points: &[Vec3]) -> Primitive {
 }
 
 #[test]
-fn strays_of_a_cloud_are_not_framed() {
+fn outliers_of_a_cloud_are_not_framed() {
     let model = points(5000);
     let bounds = Aabb::from_points(model.iter().copied());
     let heap = |count: u16| (0..count).map(|i| Vec3::new(1000.0 + f32::from(i), 0.0, 0.0)).collect::<Vec<_>>();
-    let with = |strays: &[Vec3]| [&model[..], strays].concat();
+    let with = |outliers: &[Vec3]| [&model[..], outliers].concat();
     let framing = Framing::of_scene(&scene_of(vec![cloud(&with(&heap(5)))]));
     assert_eq!(
         (*framing.bounds_world(), framing.automatic(1.5)),
         (bounds, Framing::of_points(model.clone()).automatic(1.5))
     );
-    let strays = *framing.strays().expect("strays");
-    assert_eq!((strays.count, strays.bounds_world.max.x), (5, 1004.0));
+    let outliers = *framing.outliers().expect("outliers");
+    assert_eq!((outliers.count, outliers.bounds_world.max.x), (5, 1004.0));
     assert!(framing.far_m(Vec3::new(-100.0, 0.0, 0.0)) > 1104.0);
-    // More than a thousandth of the points, and points in a scene with surfaces, are no strays.
+    // More than a thousandth of the points, and points in a scene with surfaces, are no outliers.
     for primitives in [vec![cloud(&with(&heap(6)))], vec![cloud(&with(&heap(5))), cube(Vec3::ONE)]] {
         let framing = Framing::of_scene(&scene_of(primitives));
-        assert!(framing.strays().is_none() && framing.bounds_world().max.x > 1003.0, "{:?}", framing.bounds_world());
+        assert!(framing.outliers().is_none() && framing.bounds_world().max.x > 1003.0, "{:?}", framing.bounds_world());
     }
     let scenes = [scene_of(vec![cloud(&with(&heap(1)))]), scene_of(vec![cube(Vec3::ONE)])];
-    assert!(Framing::of_scenes(&[&scenes[0], &scenes[0]]).strays().is_some_and(|strays| strays.count == 2));
-    assert!(Framing::of_scenes(&[&scenes[0], &scenes[1]]).strays().is_none());
+    assert!(Framing::of_scenes(&[&scenes[0], &scenes[0]]).outliers().is_some_and(|outliers| outliers.count == 2));
+    assert!(Framing::of_scenes(&[&scenes[0], &scenes[1]]).outliers().is_none());
 }
 
 #[test]
 fn masts_of_a_clean_cloud_are_framed() {
     let model = points(40_000);
     let bounds = Aabb::from_points(model.iter().copied());
-    assert!(Framing::of_scene(&scene_of(vec![cloud(&model)])).strays().is_none());
+    assert!(Framing::of_scene(&scene_of(vec![cloud(&model)])).outliers().is_none());
     let mast: Vec<Vec3> =
         (1..=40u16).map(|i| bounds.center() + Vec3::new(0.0, 1.0 + 0.6 * f32::from(i), 0.0)).collect();
     let whole = Aabb::from_points([&model[..], &mast[..]].concat());
     assert!(whole.radius_m() > 2.0 * bounds.radius_m());
     let framed = |points: &[Vec3]| *Framing::of_scene(&scene_of(vec![cloud(points)])).bounds_world();
     assert_eq!(framed(&[&model[..], &mast[..]].concat()), whole);
-    // Its top alone is a stray.
+    // Its top alone is an outlier.
     assert_eq!(framed(&[&model[..], &mast[39..]].concat()), bounds);
 }

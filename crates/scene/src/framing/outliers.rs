@@ -6,20 +6,20 @@ use std::collections::HashSet;
 
 /// Points of a cloud that lie far from all others, and are not framed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Strays {
+pub struct Outliers {
     /// How many they are.
     pub count: usize,
     /// The smallest box around all points, these among them.
     pub bounds_world: Aabb,
 }
 
-/// Of so many points one is a stray at most.
-const POINTS_OF_A_STRAY: usize = 1000;
+/// Of so many points one is an outlier at most.
+const POINTS_OF_AN_OUTLIER: usize = 1000;
 
-/// Strays make the box around all points more than so many times as large.
+/// Outliers make the box around all points more than so many times as large.
 const LEAST_GROWTH: f32 = 2.0;
 
-/// Up to so many times the radius that all other points have, a point changes the picture little, and is no stray.
+/// Up to so many times the radius that all other points have, a point changes the picture little, and is no outlier.
 const LEAST_DISTANCE: f32 = 1.25;
 
 /// A point is joined to others that lie in its cell of a grid or in a neighbour of that. So many cells are as long as
@@ -44,9 +44,9 @@ pub(super) fn is_cloud(scene: &Scene) -> bool {
     primitives.all(|primitive| primitive.topology == Topology::Points)
 }
 
-/// Takes the strays of a cloud out of its points, which are finite.
-pub(super) fn leave_out(points: &mut Vec<Vec3>) -> Option<Strays> {
-    let most = points.len() / POINTS_OF_A_STRAY;
+/// Takes the outliers of a cloud out of its points, which are finite.
+pub(super) fn leave_out(points: &mut Vec<Vec3>) -> Option<Outliers> {
+    let most = points.len() / POINTS_OF_AN_OUTLIER;
     if most == 0 {
         return None;
     }
@@ -57,7 +57,7 @@ pub(super) fn leave_out(points: &mut Vec<Vec3>) -> Option<Strays> {
     let is_near = |point: &Vec3| point.distance(middle) <= LEAST_DISTANCE * radius_m;
     let bounds_world = Aabb::from_points(points.iter().copied());
     let grows = |without: &Aabb| bounds_world.radius_m() > LEAST_GROWTH * without.radius_m();
-    // Without all that can be strays the box is smallest.
+    // Without all that can be outliers the box is smallest.
     if radius_m <= 0.0 || !grows(&Aabb::from_points(points.iter().copied().filter(is_near))) {
         return None;
     }
@@ -77,10 +77,10 @@ pub(super) fn leave_out(points: &mut Vec<Vec3>) -> Option<Strays> {
     }
     let count = points.len();
     points.retain(is_kept);
-    Some(Strays { count: count - points.len(), bounds_world })
+    Some(Outliers { count: count - points.len(), bounds_world })
 }
 
-/// The median of the points along each axis: strays do not move it.
+/// The median of the points along each axis: outliers do not move it.
 fn middle(points: &[Vec3]) -> Vec3 {
     let median = |axis: usize| {
         let mut places: Vec<f32> = points.iter().map(|point| point[axis]).collect();
@@ -114,7 +114,7 @@ mod tests {
         let few: Vec<Vec3> = (0..990).map(on_line).collect();
         let one_place: Vec<Vec3> = std::iter::repeat_n(Vec3::ONE, 2000).collect();
         let far = Vec3::splat(1e17);
-        for (name, points, stray, expected) in [
+        for (name, points, outlier, expected) in [
             ("a line", &line[..], far, Some(1)),
             ("a line and a point on it", &line[..], Vec3::X, None),
             ("few points", &few[..], far, None),
@@ -122,9 +122,9 @@ mod tests {
             ("nothing", &[][..], Vec3::ZERO, None),
         ] {
             let mut all = points.to_vec();
-            all.push(stray);
-            let strays = leave_out(&mut all);
-            assert_eq!(strays.map(|strays| strays.count), expected, "{name}");
+            all.push(outlier);
+            let outliers = leave_out(&mut all);
+            assert_eq!(outliers.map(|outliers| outliers.count), expected, "{name}");
             assert_eq!(all.len(), points.len() + usize::from(expected.is_none()), "{name}");
         }
     }
