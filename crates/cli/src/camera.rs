@@ -160,13 +160,29 @@ pub fn outlier_hint(spec: &CameraSpec, scene: &Scene, framing: &Framing) -> Opti
     Some(format!("{found}; --orbit 30,28,{distance_m} shows more of them"))
 }
 
-/// What to say where nobody asks for a camera and the file's own shows hardly anything of the model, so that the automatic
-/// one is taken; none where it does, where it moves, and in a room, of which a camera sees a part.
-pub fn hides_model(spec: &CameraSpec, scene: &Scene, framing: &Framing, aspect: f32) -> Option<String> {
-    if *spec != CameraSpec::default() || framing.bounds_world().is_empty() || scene.has_moving_cameras() {
+/// What to say where nobody asks for a camera and the file's own shows hardly anything of the model, so that the
+/// automatic one is taken; none where it does, where it moves, and in a room, of which a camera sees a part.
+///
+/// `plays` says whether `framing` is that of an animation. Where it is not, the animation that a time plays is looked
+/// at: every time of a file and a still without a time have the same camera.
+pub fn hides_model(
+    spec: &CameraSpec,
+    scene: &Scene,
+    (framing, plays): (&Framing, bool),
+    aspect: f32,
+) -> Option<String> {
+    if *spec != CameraSpec::default() || scene.has_moving_cameras() {
         return None;
     }
-    let shown = framing.shown_by(scene.first_camera(aspect)?, aspect);
+    let camera = scene.first_camera(aspect)?;
+    let is_posed = !plays && !scene.animations.is_empty();
+    // Materials and lights would stay as the animation leaves them.
+    let over_time = is_posed.then(|| Framing::of_animation(&mut scene.clone(), 0));
+    let framing = over_time.as_ref().unwrap_or(framing);
+    if framing.bounds_world().is_empty() {
+        return None;
+    }
+    let shown = framing.shown_by(camera, aspect);
     if shown.is_enough() || framing.clone().looking_inside(scene).interior().is_some() {
         return None;
     }

@@ -136,6 +136,9 @@ fn the_automatic_camera_is_decided_over_the_animation_and_cameras_that_move_stay
     folder.write("leaves.gltf", sliding(&seen_from(2.0), 0, [[0.0; 3], [100.0, 0.0, 0.0]]).as_bytes());
     folder.write("comes.gltf", sliding(&seen_from(2.0), 0, [[3.0, 0.0, 0.0], [0.0; 3]]).as_bytes());
     folder.write("named.gltf", seen_from(20.0).replace(r#""cameras":[{"#, r#""cameras":[{"name":"auto","#).as_bytes());
+    // It comes, too, and is not before its camera without a time.
+    let beside = seen_from(2.0).replace(r#"{"mesh":0}"#, r#"{"mesh":0,"translation":[3,0,0]}"#);
+    folder.write("beside.gltf", sliding(&beside, 0, [[3.0, 0.0, 0.0], [0.0; 3]]).as_bytes());
     // Whether the model is said to be shown whole, and where the camera is, of each input.
     let decided = |args: &[&str]| -> Vec<(bool, Value)> {
         render(&folder, &[args, &["-o", "out/", "--report", "r.json", "--quiet"]].concat()).expect(0);
@@ -154,6 +157,8 @@ fn the_automatic_camera_is_decided_over_the_animation_and_cameras_that_move_stay
     let [first, last] = ["0", "1"].map(|time| decided(&["leaves.gltf", "comes.gltf", "--time", time]));
     assert_eq!(first, last);
     assert!(first[0].0 && is_own(&first[1], [0.4, 0.4, 2.0]), "{first:?}");
+    let still = decided(&["leaves.gltf", "beside.gltf"]);
+    assert!(still[0].0 && is_own(&still[1], [0.4, 0.4, 2.0]), "stills without a time: {still:?}");
     // `auto` is the automatic camera; one of that name is asked for by its index.
     let of_file = decided(&["named.gltf", "--camera", "0"]);
     assert!(is_own(&of_file[0], [0.4, 0.4, 20.0]), "{of_file:?}");

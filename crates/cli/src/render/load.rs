@@ -131,7 +131,8 @@ impl Batch<'_> {
         if self.args.frames.is_some() || self.args.turntable.is_some() {
             return None;
         }
-        let hint = camera::hides_model(&self.job.look.camera, scene, framing, aspect)?;
+        let plays = self.args.time.is_some() || self.args.animation.is_some();
+        let hint = camera::hides_model(&self.job.look.camera, scene, (framing, plays), aspect)?;
         for look in looks.iter_mut().filter(|look| look.camera.place == Place::Default) {
             look.camera.place = Place::Automatic;
         }
