@@ -10,20 +10,19 @@ use crate::input::{Input, Opened};
 use crate::job;
 use crate::pattern::is_stdout;
 use crate::places::Places;
-use crate::report::shadow_numbers;
+use crate::report::{measured_passes, shadow_numbers};
 use crate::request::{effect_values, effects};
 use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
 use crate::surroundings::Surroundings;
 use crate::table;
 use live::Live;
-use manypass::graph::{PassTime, PassWork};
 use manypass::{
     Adaptation, Background, Environment, Exposure, FrameRequest, RenderError, Renderer, Settings, Switch, Tonemap, View,
 };
 use manypass_offline::{atomic, encode};
 use manypass_scene::Framing;
-use serde_json::{Value, json};
+use serde_json::json;
 use std::path::Path;
 use std::time::Instant;
 
@@ -211,22 +210,6 @@ fn frames_after_the_first(
         frames_ms.push(frame()?);
     }
     Ok(frames_ms)
-}
-
-/// What each pass took, and what it draws and moves.
-fn measured_passes(times: &[PassTime], work: &[PassWork]) -> Vec<Value> {
-    let measured = |time: &PassTime| {
-        let done = work.iter().find(|done| done.name == time.name);
-        json!({
-            "name": time.name,
-            "cpu_ms": time.cpu_ms,
-            "gpu_ms": time.gpu_ms,
-            "draws": done.and_then(|done| done.draws),
-            "read_bytes": done.map(|done| done.read),
-            "written_bytes": done.map(|done| done.written),
-        })
-    };
-    times.iter().map(measured).collect()
 }
 
 /// What `bench` begins with: the scene's own lights alone, nothing that is found in the picture, and radiance as it is.

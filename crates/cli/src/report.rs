@@ -5,7 +5,7 @@ use crate::looks::Look;
 use crate::pattern::is_stdout;
 use crate::provenance::InputFile;
 use crate::session::{print, write_failure};
-use manypass::graph::PassTime;
+use manypass::graph::{PassTime, PassWork};
 use manypass::{AdapterSummary, FisheyeInfo, FrameStats, PairCounts, Plan, Renderer, Settings, SimulationReport};
 use manypass_offline::atomic::{AtomicFile, is_in_place};
 use manypass_offline::lines::LineFile;
@@ -201,7 +201,7 @@ impl Report {
                 "total": total,
                 "culling": stats.culling_ms,
             },
-            "passes": entry.pass_times,
+            "passes": measured_passes(entry.pass_times, &entry.plan.pass_work()),
             "plan": {
                 "passes": entry.plan.passes.iter().map(|pass| &pass.name).collect::<Vec<_>>(),
                 "culled": entry.plan.culled,
@@ -295,6 +295,22 @@ impl Report {
             Sink::Lines(_) | Sink::Stdout => Ok(()),
         }
     }
+}
+
+/// What each pass took, and what it draws and moves: `work` is that of the plan.
+pub fn measured_passes(times: &[PassTime], work: &[PassWork]) -> Vec<Value> {
+    let measured = |time: &PassTime| {
+        let done = work.iter().find(|done| done.name == time.name);
+        json!({
+            "name": time.name,
+            "cpu_ms": time.cpu_ms,
+            "gpu_ms": time.gpu_ms,
+            "draws": done.and_then(|done| done.draws),
+            "read_bytes": done.map(|done| done.read),
+            "written_bytes": done.map(|done| done.written),
+        })
+    };
+    times.iter().map(measured).collect()
 }
 
 /// So many lights of a kind are named in a report.

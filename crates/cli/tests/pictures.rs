@@ -344,6 +344,9 @@ fn reports_passes_and_contact_sheets_are_written() {
     assert!(count("pairs_shaded") > 0);
     let passes = report["passes"].as_array().expect("passes");
     assert!(passes.len() > 5 && passes.iter().all(|pass| pass["cpu_ms"].as_f64() >= Some(0.0)), "{passes:?}");
+    // Each with its draw calls and bytes, as in the table for people.
+    let sum = |key: &str| passes.iter().filter_map(|pass| pass[key].as_u64()).sum::<u64>();
+    assert!(["draws", "read_bytes", "written_bytes"].iter().all(|key| sum(key) > 0), "{passes:?}");
     // The software adapter has timestamps.
     assert!(passes.iter().filter_map(|pass| pass["gpu_ms"].as_f64()).sum::<f64>() > 0.0, "{passes:?}");
     let range = report["depth_range_m"].as_array().expect("range");
