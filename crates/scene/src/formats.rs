@@ -133,7 +133,8 @@ pub fn load_bytes(
     at_once(load_bytes_in_turns(bytes, resolve, name, &mut || None))
 }
 
-/// As [`load_bytes`]; between the primitives of glTF `turns` is asked whether others are to have the thread.
+/// As [`load_bytes`]; between the primitives of glTF, and between slices of large ones, `turns` is asked whether others
+/// are to have the thread.
 ///
 /// # Errors
 /// As [`load_path`].

@@ -24,6 +24,7 @@ pub use shown::{LEAST_OF_MODEL, LEAST_OF_PICTURE, Shown};
 
 use crate::animation::{Animation, Property};
 use crate::capture::{Monitor, MonitorCamera};
+use crate::turns::{Turns, at_once, give_turn};
 use crate::{Aabb, NodeId, Projection, Scene};
 use glam::{Mat3, Mat4, Quat, Vec3};
 use points::Points;
@@ -70,8 +71,15 @@ impl Framing {
     /// the boxes around them. Where the scene has no camera, this finds out whether it is to be seen from inside, and
     /// where it is a cloud of points, which are its [`Outliers`]. Takes about 20 ms for a million of triangles.
     pub fn of_scene(scene: &Scene) -> Self {
-        let interior = if scene.placed_cameras().is_empty() { Interior::find(scene) } else { None };
-        Self { interior, ..Self::of_drawn(vertices::posed(scene), &[scene]) }
+        at_once(Self::of_scene_in_turns(scene, &mut || None))
+    }
+
+    /// As [`Self::of_scene`]; now and then `turns` is asked whether others are to have the thread.
+    pub async fn of_scene_in_turns(scene: &Scene, turns: &mut Turns<'_>) -> Self {
+        let interior =
+            if scene.placed_cameras().is_empty() { Interior::find_in_turns(scene, turns).await } else { None };
+        let points = vertices::posed_in_turns(scene, turns).await;
+        Self { interior, ..Self::of_drawn(points, &[scene], turns).await }
     }
 
     /// The vertices of everything that several scenes draw, as [`Self::of_scene`]; from inside where the first is a
@@ -80,7 +88,7 @@ impl Framing {
         let has_camera = scenes.iter().any(|scene| !scene.placed_cameras().is_empty());
         let interior = scenes.first().filter(|_| !has_camera).and_then(|scene| Interior::find(scene));
         let points = scenes.iter().flat_map(|scene| vertices::posed(scene)).collect();
-        Self { interior, ..Self::of_drawn(points, scenes) }
+        Self { interior, ..at_once(Self::of_drawn(points, scenes, &mut || None)) }
     }
 
     /// The vertices of everything that `scene` draws while an animation plays, at 32 times from its first keyframe to
@@ -89,7 +97,7 @@ impl Framing {
     pub fn of_animation(scene: &mut Scene, animation: usize) -> Self {
         let interior = if scene.placed_cameras().is_empty() { Interior::find(scene) } else { None };
         let points = vertices::animated(scene, animation);
-        Self { interior, ..Self::of_drawn(points, &[&*scene]) }
+        Self { interior, ..at_once(Self::of_drawn(points, &[&*scene], &mut || None)) }
     }
 
     /// The same, of what encloses its middle also where it has cameras: for a camera that is none of them.
@@ -100,31 +108,37 @@ impl Framing {
 
     /// The corners of a box.
     pub fn of_bounds(bounds_world: &Aabb) -> Self {
-        Self::of_points(if bounds_world.is_empty() { Vec::new() } else { bounds_world.corners().to_vec() })
+        let points = if bounds_world.is_empty() { Vec::new() } else { bounds_world.corners().to_vec() };
+        Self::of_points(points)
     }
 
     /// Of the points that scenes draw; of a cloud without its outliers.
-    fn of_drawn(mut points: Vec<Vec3>, scenes: &[&Scene]) -> Self {
+    async fn of_drawn(mut points: Vec<Vec3>, scenes: &[&Scene], turns: &mut Turns<'_>) -> Self {
         let vertices: usize = scenes.iter().map(|scene| outliers::points_of(scene)).sum();
         // Of a cloud of too many points there are but the corners of boxes.
         if points.len() < vertices || !scenes.iter().all(|scene| outliers::is_cloud(scene)) {
-            return Self::of_points(points);
+            return Self::of_points_in_turns(points, turns).await;
         }
         points.retain(is_placed);
         let outliers = outliers::leave_out(&mut points);
-        Self { outliers, ..Self::of_points(points) }
+        Self { outliers, ..Self::of_points_in_turns(points, turns).await }
     }
 
     /// Of points in world space. Points that are not finite are passed over; where there are none, a cube of 2 m around
     /// the origin is framed.
-    fn of_points(mut points: Vec<Vec3>) -> Self {
+    fn of_points(points: Vec<Vec3>) -> Self {
+        at_once(Self::of_points_in_turns(points, &mut || None))
+    }
+
+    async fn of_points_in_turns(mut points: Vec<Vec3>, turns: &mut Turns<'_>) -> Self {
+        give_turn(turns).await;
         points.retain(is_placed);
         let bounds_world = Aabb::from_points(points.iter().copied());
         if points.is_empty() {
             points = Aabb { min: Vec3::NEG_ONE, max: Vec3::ONE }.corners().to_vec();
         }
         let center = bounds_world.center();
-        outer::drop_inner(&mut points, center);
+        outer::drop_inner(&mut points, center, turns).await;
         let points = Points::new(points.iter().map(|point| (*point - center).to_array()));
         // What is smaller than that at its distance from the origin is one point.
         let least_m = 1e-6 * center.length();

@@ -214,7 +214,7 @@ pub fn load_bytes(
     at_once(load_bytes_in_turns(bytes, resolve, name, &mut || None))
 }
 
-/// As [`load_bytes`]; `turns` is asked after every primitive.
+/// As [`load_bytes`]; `turns` is asked after every primitive, and between slices of a large one.
 pub(crate) async fn load_bytes_in_turns(
     bytes: &[u8],
     resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,

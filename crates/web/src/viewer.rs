@@ -20,7 +20,11 @@ use life::Backend;
 pub use life::create;
 use manypass::{
     Aov, EffectFile, FrameRequest, Metering, QualityBudget, Renderer, View, WgslEffect,
-    scene::{Framing, LateImages, Overlay, Scene, Stage, demo, formats, stage, water::Water},
+    scene::{
+        Framing, LateImages, Overlay, Scene, Stage, demo, formats, stage,
+        turns::{Turns, at_once},
+        water::Water,
+    },
 };
 use std::sync::Arc;
 use wasm_bindgen::prelude::*;
@@ -111,13 +115,25 @@ fn resolver(resources: Option<Resources>) -> impl FnMut(&str) -> Result<Vec<u8>,
 }
 
 impl Viewer {
-    fn take(&mut self, mut scene: Scene, mut warnings: Vec<String>, stage: Option<&Stage>) -> Result<(), JsError> {
+    fn take(&mut self, scene: Scene, warnings: Vec<String>, stage: Option<&Stage>) -> Result<(), JsError> {
+        at_once(self.take_in_turns(scene, warnings, stage, &mut || None))
+    }
+
+    /// Takes the place of the model before. What there is to find out of a large model is found between turns.
+    async fn take_in_turns(
+        &mut self,
+        mut scene: Scene,
+        mut warnings: Vec<String>,
+        stage: Option<&Stage>,
+        turns: &mut Turns<'_>,
+    ) -> Result<(), JsError> {
         let options = self.options.for_stage(stage)?;
         if options.simplifies() {
             warnings.extend(scene.simplify());
         }
         let has_moved = scene.bring_near();
         let (effects, budget) = (self.compiled(&options)?, options.budget()?);
+        let framing = Framing::of_scene_in_turns(&scene, turns).await;
         // A model that fails must not leave the former one half replaced.
         self.scene = None;
         self.late = LateImages::default();
@@ -128,7 +144,7 @@ impl Viewer {
         self.renderer.load(&scene)?;
         self.warnings = warnings;
         self.warnings.extend(self.renderer.warnings());
-        self.framing = Framing::of_scene(&scene);
+        self.framing = framing;
         // What was moved is as fine as the numbers of its meshes.
         let bounds = if has_moved { scene.bounds_of_meshes() } else { *self.framing.bounds_world() };
         self.warnings.extend(bounds.far_warning());

@@ -7,6 +7,7 @@ use crate::constants::DATA_WIDTH;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use glam::Vec3;
+use manypass_scene::turns::{Turns, at_once, give_turn};
 use manypass_scene::variants::material_in;
 use manypass_scene::{Aabb, Mesh, Primitive, Topology};
 use range_alloc::RangeAllocator;
@@ -251,6 +252,11 @@ impl Geometry {
     /// Uploads those of `meshes` that are new, or were changed, and gives back what is no longer among them. Says how
     /// many bytes that wrote; None if there was nothing to do.
     pub fn follow(&mut self, gpu: &Gpu, meshes: &[Arc<Mesh>]) -> Option<u64> {
+        at_once(self.follow_in_turns(gpu, meshes, &mut || None))
+    }
+
+    /// As [`Self::follow`]; after every mesh that is uploaded, and between slices of a large one, `turns` is asked.
+    pub async fn follow_in_turns(&mut self, gpu: &Gpu, meshes: &[Arc<Mesh>], turns: &mut Turns<'_>) -> Option<u64> {
         let is_known = |(known, mesh): (&Arc<GpuMesh>, &Arc<Mesh>)| known.source.as_ptr() == Arc::as_ptr(mesh);
         if self.meshes.len() == meshes.len() && self.meshes.iter().zip(meshes).all(is_known) {
             return None;
@@ -270,12 +276,14 @@ impl Geometry {
         let mut written_bytes = 0;
         self.meshes = Vec::with_capacity(meshes.len());
         for mesh in meshes {
-            let known = known.entry(Arc::as_ptr(mesh)).or_insert_with(|| {
-                let (mesh, displacement_bytes) = self.upload(gpu, mesh, &mut expected);
+            let source = Arc::as_ptr(mesh);
+            if !known.contains_key(&source) {
+                let (uploaded, displacement_bytes) = self.upload(gpu, mesh, &mut expected, turns).await;
                 written_bytes += displacement_bytes;
-                Arc::new(mesh)
-            });
-            self.meshes.push(known.clone());
+                known.insert(source, Arc::new(uploaded));
+                give_turn(turns).await;
+            }
+            self.meshes.extend(known.get(&source).cloned());
         }
         self.primitives.clear();
         self.of_mesh.clear();
@@ -313,7 +321,13 @@ impl Geometry {
     }
 
     /// A mesh, and how many bytes of displacements it took.
-    fn upload(&mut self, gpu: &Gpu, mesh: &Arc<Mesh>, expected: &mut Expected) -> (GpuMesh, u64) {
+    async fn upload(
+        &mut self,
+        gpu: &Gpu,
+        mesh: &Arc<Mesh>,
+        expected: &mut Expected,
+        turns: &mut Turns<'_>,
+    ) -> (GpuMesh, u64) {
         let source = Arc::downgrade(mesh);
         let mut uploaded = GpuMesh { source, primitives: Vec::new(), rigid: rigid_of(mesh), warnings: Vec::new() };
         let mut displacement_bytes = 0;
@@ -327,7 +341,8 @@ impl Geometry {
                 ));
                 continue;
             }
-            match self.upload_primitive(gpu, primitive, expected) {
+            give_turn(turns).await;
+            match self.upload_primitive(gpu, primitive, expected, turns).await {
                 Some(of_primitive) => {
                     displacement_bytes += 16 * u64::from(of_primitive.morph.end - of_primitive.morph.start);
                     if of_primitive.morph_count < primitive.morph_targets.len() as u32 {
@@ -349,19 +364,33 @@ impl Geometry {
     }
 
     /// Uploads the coarser forms of a primitive, as far as there is room.
-    fn upload_levels(&mut self, gpu: &Gpu, primitive: &Primitive, placed: &mut GpuPrimitive, expected: &mut Expected) {
+    async fn upload_levels(
+        &mut self,
+        gpu: &Gpu,
+        primitive: &Primitive,
+        placed: &mut GpuPrimitive,
+        expected: &mut Expected,
+        turns: &mut Turns<'_>,
+    ) {
         let first = if placed.is_bound_apart() { 0 } else { placed.vertices.units.start };
         for level in &primitive.levels {
             let count = level.indices.len() as u32;
             let Some(place) = self.indices.take(&gpu.device, count, expected.indices) else { return };
             expected.indices = expected.indices.saturating_sub(count.into());
-            self.indices.write(&gpu.queue, &place, level.indices.iter().map(|index| index + first));
+            let indices = level.indices.iter().map(|index| index + first);
+            self.indices.write_in_turns(&gpu.queue, &place, indices, turns).await;
             placed.levels.push(GpuLevel { indices: place, error_m: level.error_m });
         }
     }
 
     /// None if no buffer is large enough.
-    fn upload_primitive(&mut self, gpu: &Gpu, primitive: &Primitive, expected: &mut Expected) -> Option<GpuPrimitive> {
+    async fn upload_primitive(
+        &mut self,
+        gpu: &Gpu,
+        primitive: &Primitive,
+        expected: &mut Expected,
+        turns: &mut Turns<'_>,
+    ) -> Option<GpuPrimitive> {
         let (device, queue) = (&gpu.device, &gpu.queue);
         let primitive = &*in_drawing_order(primitive);
         let count = |length: usize| u32::try_from(length).ok();
@@ -402,6 +431,7 @@ impl Geometry {
             placed.indices.iter().for_each(|place| self.indices.give_back(place));
             return None;
         }
+        give_turn(turns).await;
         let displacements = vertices::displacements(primitive);
         if !displacements.is_empty()
             && let Ok(range) = self.morphs.free.allocate_range(displacements.len() as u32)
@@ -409,15 +439,16 @@ impl Geometry {
             self.morphs.texture.write_at(queue, range.start, &displacements);
             (placed.morph, placed.morph_count) = (range, primitive.morph_targets.len() as u32);
         }
-        self.vertices.write(queue, &placed.vertices, vertices::vertices(primitive));
+        self.vertices.write_in_turns(queue, &placed.vertices, vertices::vertices(primitive), turns).await;
         if let Some(place) = &placed.skin {
-            self.skins.write(queue, place, vertices::skins(primitive));
+            self.skins.write_in_turns(queue, place, vertices::skins(primitive), turns).await;
         }
         if let Some(place) = &placed.indices {
             let first = if placed.is_bound_apart() { 0 } else { placed.vertices.units.start };
-            self.indices.write(queue, place, primitive.indices.iter().map(|index| index.wrapping_add(first)));
+            let indices = primitive.indices.iter().map(|index| index.wrapping_add(first));
+            self.indices.write_in_turns(queue, place, indices, turns).await;
         }
-        self.upload_levels(gpu, primitive, &mut placed, expected);
+        self.upload_levels(gpu, primitive, &mut placed, expected, turns).await;
         Some(placed)
     }
 }

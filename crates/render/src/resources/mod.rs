@@ -38,6 +38,7 @@ use crate::gpu::{Gpu, destroy};
 use crate::surroundings::known_surroundings;
 use environment::EnvironmentTiles;
 use manypass_scene::Cache;
+use manypass_scene::turns::Turns;
 use manypass_scene::{EnvironmentMap, Material, Mesh, Primitive, Scene, Texture};
 use std::sync::Arc;
 
@@ -153,9 +154,11 @@ impl SceneResources {
     }
 
     /// Uploads meshes before [`Self::follow`] would upload them all at once, and gives back those that are not among
-    /// them.
-    pub fn follow_meshes(&mut self, gpu: &Gpu, meshes: &[Arc<Mesh>]) {
-        self.meshes_went_ahead |= self.geometry.follow(gpu, meshes).is_some();
+    /// them. `turns` is asked as in [`Geometry::follow_in_turns`].
+    pub async fn follow_meshes(&mut self, gpu: &Gpu, meshes: &[Arc<Mesh>], turns: &mut Turns<'_>) {
+        // Who awaits this may give up meanwhile.
+        let before = std::mem::replace(&mut self.meshes_went_ahead, true);
+        self.meshes_went_ahead = self.geometry.follow_in_turns(gpu, meshes, turns).await.is_some() || before;
     }
 
     /// Uploads what `scene` has that is not there yet, and maps of the environment that were `computed`, and gives back

@@ -1,11 +1,15 @@
 //! Pages: buffers of one use that many things share, so that what comes and goes moves nothing else.
 
 use super::{STAGED_BYTES, WRITE_BYTES};
+use manypass_scene::turns::{Turns, give_turn};
 use range_alloc::RangeAllocator;
 use std::ops::Range;
 
 /// A page is as large as that, unless what it is made for is larger, or all that is known to come is smaller.
 const PAGE_BYTES: u64 = 4 << 20;
+
+/// So many values are written between two turns: a few milliseconds.
+const SLICE_UNITS: u32 = 1 << 15;
 
 /// Where something lies: a page, and a range of units in it.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -110,6 +114,26 @@ impl Pages {
             pending.bytes.extend_from_slice(bytemuck::bytes_of(&value));
         }
         self.pending = Some(pending);
+    }
+
+    /// As [`Self::write`] of one value a unit; between slices of many values `turns` is asked.
+    pub async fn write_in_turns<T: bytemuck::NoUninit>(
+        &mut self,
+        queue: &wgpu::Queue,
+        place: &Place,
+        mut values: impl Iterator<Item = T>,
+        turns: &mut Turns<'_>,
+    ) {
+        let Range { mut start, end } = place.units;
+        while start < end {
+            let units = start..end.min(start.saturating_add(SLICE_UNITS));
+            start = units.end;
+            let count = units.len();
+            self.write(queue, &Place { page: place.page, units }, values.by_ref().take(count));
+            if start < end {
+                give_turn(turns).await;
+            }
+        }
     }
 
     /// Hands what was written to the device.

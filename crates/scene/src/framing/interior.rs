@@ -8,6 +8,7 @@
 
 use super::furniture;
 use super::panorama::{Panorama, Ray};
+use crate::turns::{Turns, at_once};
 use crate::{Aabb, Mesh, Primitive, Projection, Scene};
 use glam::{Mat3, Mat4, Vec3};
 use std::sync::Arc;
@@ -42,27 +43,32 @@ const MOST_INDICES: usize = 12_000_000;
 impl Interior {
     /// The view from inside, if the scene, as of its last [`Scene::update_transforms`], encloses its middle.
     pub(super) fn find(scene: &Scene) -> Option<Self> {
+        at_once(Self::find_in_turns(scene, &mut || None))
+    }
+
+    /// As [`Self::find`]; `turns` is asked between slices of many triangles.
+    pub(super) async fn find_in_turns(scene: &Scene, turns: &mut Turns<'_>) -> Option<Self> {
         let bounds = scene.bounds_world();
         let is_flat = bounds.is_empty() || bounds.min.cmpeq(bounds.max).any();
         if is_flat || !bounds.radius_m().is_finite() || indices_drawn(scene) > MOST_INDICES {
             return None;
         }
         let middle = bounds.center();
-        let panorama = Panorama::new(scene, middle);
+        let panorama = Panorama::new(scene, middle, turns).await;
         let rays = panorama.rays();
         let is_room =
             encloses(rays, bounds.radius_m()) && (!has_outside(rays) || furniture::is_furnished(scene, &bounds, rays));
-        is_room.then(|| Self::looking_along(scene, &bounds, &panorama))
+        if is_room { Some(Self::looking_along(scene, &bounds, &panorama, turns).await) } else { None }
     }
 
-    fn looking_along(scene: &Scene, bounds: &Aabb, from_middle: &Panorama) -> Self {
+    async fn looking_along(scene: &Scene, bounds: &Aabb, from_middle: &Panorama, turns: &mut Turns<'_>) -> Self {
         let middle = bounds.center();
         let to_floor_m = free_m(from_middle.rays(), Vec3::NEG_Y).min(middle.y - bounds.min.y);
         let to_ceiling_m = free_m(from_middle.rays(), Vec3::Y).min(bounds.max.y - middle.y);
         let clear_m = to_floor_m + to_ceiling_m;
         let eye_height_m = EYE_HEIGHT_M.clamp(0.15 * clear_m, 0.5 * clear_m);
         let place = middle.with_y(middle.y - to_floor_m + eye_height_m);
-        let panorama = Panorama::new(scene, place);
+        let panorama = Panorama::new(scene, place, turns).await;
         let free_m = |direction: Vec3| free_m(panorama.rays(), direction).min(to_exit_m(bounds, place, direction));
         let (mut best, mut longest_m, mut behind_m) = (Vec3::NEG_Z, 0.0, 0.0);
         for i in 0..AZIMUTHS {

@@ -1,6 +1,8 @@
 //! Leaves out what no camera has to look for: points that lie inside others.
 
+use crate::turns::{Turns, give_turn, in_slices};
 use glam::Vec3;
+use std::ops::Range;
 
 /// Fewer points are kept as they are.
 const MANY: usize = 65_536;
@@ -29,7 +31,7 @@ const MARGIN: f32 = 1e-4;
 
 /// Takes points out that lie inside the convex hull of 14 others, if there are many: whatever direction is looked
 /// along, none of them is the farthest. `center` is among them: far from the origin nothing else is exact.
-pub(super) fn drop_inner(points: &mut Vec<Vec3>, center: Vec3) {
+pub(super) async fn drop_inner(points: &mut Vec<Vec3>, center: Vec3, turns: &mut Turns<'_>) {
     if points.len() < MANY {
         return;
     }
@@ -44,13 +46,21 @@ pub(super) fn drop_inner(points: &mut Vec<Vec3>, center: Vec3) {
         }
         most.1
     };
-    let corners = DIRECTIONS.map(farthest);
+    let mut corners = [Vec3::ZERO; DIRECTIONS.len()];
+    for (corner, direction) in corners.iter_mut().zip(DIRECTIONS) {
+        give_turn(turns).await;
+        *corner = farthest(direction);
+    }
     let size = corners.iter().fold(0.0, |size: f32, corner| size.max(corner.distance(corners[0])));
     let faces = faces(&corners, MARGIN * size);
     if !faces.is_empty() {
         let is_beyond = |point: Vec3, (normal, distance): &(Vec3, f32)| point.dot(*normal) > distance - MARGIN * size;
-        points.retain(|point| faces.iter().any(|face| is_beyond(*point - center, face)));
-        points.shrink_to_fit();
+        let is_outer = |point: &&Vec3| faces.iter().any(|face| is_beyond(**point - center, face));
+        let mut outer: Vec<Vec3> = Vec::new();
+        let keep = |range: Range<usize>| outer.extend(points.get(range).unwrap_or_default().iter().filter(is_outer));
+        in_slices(points.len(), turns, keep).await;
+        outer.shrink_to_fit();
+        *points = outer;
     }
 }
 
@@ -105,7 +115,7 @@ mod tests {
         for (name, points, gets_fewer) in shapes {
             let mut outer = points.clone();
             let center = crate::Aabb::from_points(points.iter().copied()).center();
-            drop_inner(&mut outer, center);
+            crate::turns::at_once(drop_inner(&mut outer, center, &mut || None));
             assert_eq!(4 * outer.len() < 3 * points.len(), gets_fewer, "{name}: {} of {}", outer.len(), points.len());
             for turn in 0..500 {
                 let (turn, height) = (f32::from(turn as u16), f32::from(turn as u16) / 250.0 - 1.0);

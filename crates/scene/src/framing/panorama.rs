@@ -1,7 +1,9 @@
 //! What rays from one point meet: a cube of 16 × 16 rays a side, into which every triangle is drawn.
 
+use crate::turns::{Turns, in_slices};
 use crate::{AlphaMode, Node, NodeId, Primitive, Scene, Topology};
 use glam::{Mat3, Vec2, Vec3, Vec3Swizzles};
+use std::ops::Range;
 
 /// Rays along an edge of the cube.
 const SIDE: usize = 16;
@@ -57,7 +59,7 @@ struct Corner {
 
 impl Panorama {
     /// From `eye_world`, past blended and skinned surfaces.
-    pub(super) fn new(scene: &Scene, eye_world: Vec3) -> Self {
+    pub(super) async fn new(scene: &Scene, eye_world: Vec3, turns: &mut Turns<'_>) -> Self {
         let directions: Vec<Vec3> = (0..6 * SIDE * SIDE).map(direction).collect();
         let ray = |direction: &Vec3| Ray {
             direction_world: direction.normalize(),
@@ -72,7 +74,8 @@ impl Panorama {
         let mut panorama = Self { rays: directions.iter().map(ray).collect(), directions };
         let mut vertices_before = 0;
         for (id, primitive) in solids(scene) {
-            panorama.draw_primitive(scene, scene.node(id), primitive, eye_world, vertices_before);
+            let node = scene.node(id);
+            panorama.draw_primitive((scene, node), primitive, eye_world, vertices_before, turns).await;
             vertices_before += primitive.positions.len();
         }
         panorama
@@ -82,13 +85,13 @@ impl Panorama {
         &self.rays
     }
 
-    fn draw_primitive(
+    async fn draw_primitive(
         &mut self,
-        scene: &Scene,
-        node: &Node,
+        (scene, node): (&Scene, &Node),
         primitive: &Primitive,
         eye_world: Vec3,
         vertices_before: usize,
+        turns: &mut Turns<'_>,
     ) {
         let world_from_object = node.world_from_object;
         let corner = |position: &[f32; 3]| {
@@ -97,7 +100,12 @@ impl Panorama {
             let cell = cell(on_face(place, face));
             Corner { place, face, after: [cell.x as i32, cell.y as i32] }
         };
-        let corners: Vec<Corner> = primitive.positions.iter().map(corner).collect();
+        let mut corners: Vec<Corner> = Vec::with_capacity(primitive.positions.len());
+        let place = |range: Range<usize>| {
+            let positions = primitive.positions.get(range).unwrap_or_default();
+            corners.extend(positions.iter().map(corner));
+        };
+        in_slices(primitive.positions.len(), turns, place).await;
         let linear = Mat3::from_mat4(world_from_object);
         let is_mirrored = linear.determinant() < 0.0;
         let material = primitive.material.and_then(|material| scene.materials.get(material));
@@ -115,7 +123,7 @@ impl Panorama {
             }
             _ => (volume < 0.0) != is_mirrored,
         };
-        let draw = |indices: [usize; 3]| {
+        let mut draw = |indices: [usize; 3]| {
             let [Some(a), Some(b), Some(c)] = indices.map(|index| corners.get(index)) else { return };
             let triangle = [a.place, b.place, c.place];
             let is_on_one_face = a.face == b.face && a.face == c.face;
@@ -129,7 +137,8 @@ impl Panorama {
             let faces = if is_on_one_face { a.face..a.face + 1 } else { 0..6 };
             faces.for_each(|face| self.draw_on_face(&triangle, face));
         };
-        triangles(primitive).for_each(draw);
+        let mut left = triangles(primitive);
+        in_slices(left.len(), turns, |range| left.by_ref().take(range.len()).for_each(&mut draw)).await;
     }
 
     fn draw_on_face(&mut self, triangle: &Triangle, face: usize) {
@@ -185,7 +194,7 @@ pub(super) fn solids(scene: &Scene) -> impl Iterator<Item = (NodeId, &Primitive)
 }
 
 /// The vertices of each triangle.
-pub(super) fn triangles(primitive: &Primitive) -> impl Iterator<Item = [usize; 3]> {
+pub(super) fn triangles(primitive: &Primitive) -> impl ExactSizeIterator<Item = [usize; 3]> {
     let count = if primitive.indices.is_empty() { primitive.positions.len() } else { primitive.indices.len() };
     (0..count / 3).map(move |i| {
         [3 * i, 3 * i + 1, 3 * i + 2]
@@ -224,7 +233,7 @@ fn cell(on_face: Vec3) -> Vec2 {
 }
 
 /// The rays between the outermost of three places.
-fn between(places: [f32; 3]) -> std::ops::Range<usize> {
+fn between(places: [f32; 3]) -> Range<usize> {
     let [a, b, c] = places;
     let first_after = |place: f32| place.clamp(0.0, SIDE as f32) as usize;
     // A ray at the very place counts: the exact test follows.

@@ -1,6 +1,7 @@
 //! The vertices that a scene draws, in world space, in one pose or in those of an animation.
 
-use crate::{Mesh, Node, NodeId, Primitive, Scene};
+use crate::turns::{Turns, at_once, give_turn};
+use crate::{Node, NodeId, Primitive, Scene};
 use glam::{Mat4, Quat, Vec3};
 use std::sync::Arc;
 
@@ -12,11 +13,18 @@ const TIMES: u16 = 32;
 
 /// The vertices as of the last [`Scene::update_transforms`].
 pub(super) fn posed(scene: &Scene) -> Vec<Vec3> {
-    let collect = |has_vertices| {
-        let mut collector = Collector::new(scene, has_vertices);
-        collector.add(scene).then_some(collector.points)
-    };
-    collect(true).or_else(|| collect(false)).unwrap_or_default()
+    at_once(posed_in_turns(scene, &mut || None))
+}
+
+/// As [`posed`]; `turns` is asked after every primitive.
+pub(super) async fn posed_in_turns(scene: &Scene, turns: &mut Turns<'_>) -> Vec<Vec3> {
+    for has_vertices in [true, false] {
+        let mut collector = Collector::new(scene, has_vertices, turns).await;
+        if collector.add(scene, turns).await {
+            return collector.points;
+        }
+    }
+    Vec::new()
 }
 
 /// The vertices over an animation; of the pose as it is where there is no such animation.
@@ -27,11 +35,11 @@ pub(super) fn animated(scene: &mut Scene, animation: usize) -> Vec<Vec3> {
     let times: Vec<f32> = times.collect();
     let (kept, time_secs) = (kept_properties(scene, animation), scene.time_secs);
     let mut collect = |has_vertices| {
-        let mut collector = Collector::new(scene, has_vertices);
+        let mut collector = at_once(Collector::new(scene, has_vertices, &mut || None));
         for at_secs in &times {
             scene.pose(animation, *at_secs);
             scene.update_transforms();
-            if !collector.add(scene) {
+            if !at_once(collector.add(scene, &mut || None)) {
                 return None;
             }
         }
@@ -100,15 +108,22 @@ struct Collector {
 }
 
 impl Collector {
-    fn new(scene: &Scene, has_vertices: bool) -> Self {
-        let of_mesh = |mesh: &Arc<Mesh>| mesh.primitives.iter().map(drawn_vertices).collect();
-        let drawn = if has_vertices { scene.meshes.iter().map(of_mesh).collect() } else { Vec::new() };
+    async fn new(scene: &Scene, has_vertices: bool, turns: &mut Turns<'_>) -> Self {
+        let mut drawn = Vec::new();
+        for mesh in scene.meshes.iter().filter(|_| has_vertices) {
+            let mut of_mesh = Vec::with_capacity(mesh.primitives.len());
+            for primitive in &mesh.primitives {
+                of_mesh.push(drawn_vertices(primitive));
+                give_turn(turns).await;
+            }
+            drawn.push(of_mesh);
+        }
         let skins: Vec<Arc<[Mat4]>> = vec![Arc::default(); scene.skins.len()];
         Self { drawn, has_vertices, last: vec![None; scene.nodes.len()], skins, points: Vec::new() }
     }
 
     /// Adds what has moved. False where there would be too many vertices.
-    fn add(&mut self, scene: &Scene) -> bool {
+    async fn add(&mut self, scene: &Scene, turns: &mut Turns<'_>) -> bool {
         for (skin, known) in self.skins.iter_mut().enumerate() {
             let joints = scene.joint_matrices(skin);
             if known[..] != joints[..] {
@@ -138,6 +153,7 @@ impl Collector {
                     return false;
                 } else {
                     push_vertices(&mut self.points, &posed, primitive, named);
+                    give_turn(turns).await;
                 }
             }
             *last = Some(posed);

@@ -1,6 +1,8 @@
 //! Accessors: typed arrays in buffers, with strides, normalised integers and sparse replacements.
 
 use super::{Document, LoadError, json::Json};
+use crate::turns::{Turns, at_once, in_slices};
+use std::ops::Range;
 
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub(super) enum Component {
@@ -179,6 +181,17 @@ impl<'a> Document<'a> {
         pointer: &str,
         convert: fn(Component, bool, &[u8]) -> T,
     ) -> Result<Vec<[T; N]>, LoadError> {
+        at_once(self.read_in_turns(index, pointer, convert, &mut || None))
+    }
+
+    /// As [`Self::read`]; `turns` is asked between slices of many elements.
+    pub(super) async fn read_in_turns<T: Copy + Default, const N: usize>(
+        &mut self,
+        index: usize,
+        pointer: &str,
+        convert: fn(Component, bool, &[u8]) -> T,
+        turns: &mut Turns<'_>,
+    ) -> Result<Vec<[T; N]>, LoadError> {
         let json = self.accessor(index, pointer)?;
         let head = self.accessor_header(index, pointer)?;
         if head.width != N {
@@ -208,15 +221,27 @@ impl<'a> Document<'a> {
                 parts.next().map_or(T::default(), |part| convert(head.component, head.normalized, part))
             })
         };
-        let mut elements = match (self.unpacked.get(&index), view) {
-            (Some(unpacked), _) => unpacked.bytes.chunks_exact(element_bytes).map(decode).collect(),
+        // The bytes, where the first element begins and how far the next, and how many there are.
+        let encoded = match (self.unpacked.get(&index), view) {
+            (Some(unpacked), _) => Some((&unpacked.bytes[..], 0, element_bytes, unpacked.bytes.len() / element_bytes)),
             (None, Some(view)) => {
                 let (bytes, stride) = self.view_bytes(view, &json.at("bufferView"))?;
                 let stride = check_range(&json, offset, head.count, element_bytes, bytes.len(), stride)?;
-                let starts = (0..head.count).map(|i| offset + i * stride);
-                starts.map(|at| decode(bytes.get(at..at + element_bytes).unwrap_or(&[]))).collect()
+                Some((bytes, offset, stride, head.count))
             }
-            (None, None) => vec![[T::default(); N]; head.count],
+            (None, None) => None,
+        };
+        let mut elements = match encoded {
+            Some((bytes, offset, stride, count)) => {
+                let mut elements = Vec::with_capacity(count);
+                let add = |range: Range<usize>| {
+                    let starts = range.map(|i| offset + i * stride);
+                    elements.extend(starts.map(|at| decode(bytes.get(at..at + element_bytes).unwrap_or(&[]))));
+                };
+                in_slices(count, turns, add).await;
+                elements
+            }
+            None => vec![[T::default(); N]; head.count],
         };
         if let Some(sparse) = json.object("sparse")? {
             self.replace_sparse(&sparse, &mut elements, element_bytes, decode)?;

@@ -1,9 +1,11 @@
 //! What a file may leave out: lists from strips, fans and loops, flat normals and MikkTSpace tangents.
 
+use crate::turns::{Turns, at_once, give_turn, in_slices};
 use crate::{Aabb, MorphTarget, Primitive, Topology};
 use bevy_mikktspace::{Geometry, TangentSpace, generate_tangents};
 use glam::Vec3;
 use std::collections::HashMap;
+use std::ops::Range;
 
 /// The topology of a glTF mode.
 pub(super) fn topology(mode: usize) -> Option<Topology> {
@@ -58,36 +60,43 @@ pub(super) fn to_list(mode: usize, indices: Vec<u32>) -> Vec<u32> {
     }
 }
 
-fn gather<T: Copy>(values: &mut Vec<T>, source: &[u32]) {
-    if !values.is_empty() {
-        *values = source.iter().filter_map(|&i| values.get(i as usize).copied()).collect();
+async fn gather<T: Copy>(values: &mut Vec<T>, source: &[u32], turns: &mut Turns<'_>) {
+    if values.is_empty() {
+        return;
     }
+    let mut gathered = Vec::with_capacity(source.len());
+    let add = |range: Range<usize>| {
+        let source = source.get(range).unwrap_or_default();
+        gathered.extend(source.iter().filter_map(|&i| values.get(i as usize).copied()));
+    };
+    in_slices(source.len(), turns, add).await;
+    *values = gathered;
 }
 
 /// Makes vertex `i` a copy of the old vertex `source[i]`. Indices are left as they are.
-pub(super) fn remap_vertices(primitive: &mut Primitive, source: &[u32]) {
-    gather(&mut primitive.positions, source);
-    gather(&mut primitive.normals, source);
-    gather(&mut primitive.tangents, source);
-    gather(&mut primitive.uv0, source);
-    gather(&mut primitive.uv1, source);
-    gather(&mut primitive.colors, source);
-    gather(&mut primitive.joints, source);
-    gather(&mut primitive.weights, source);
+async fn remap_vertices(primitive: &mut Primitive, source: &[u32], turns: &mut Turns<'_>) {
+    gather(&mut primitive.positions, source, turns).await;
+    gather(&mut primitive.normals, source, turns).await;
+    gather(&mut primitive.tangents, source, turns).await;
+    gather(&mut primitive.uv0, source, turns).await;
+    gather(&mut primitive.uv1, source, turns).await;
+    gather(&mut primitive.colors, source, turns).await;
+    gather(&mut primitive.joints, source, turns).await;
+    gather(&mut primitive.weights, source, turns).await;
     for MorphTarget { positions, normals, tangents } in &mut primitive.morph_targets {
-        gather(positions, source);
-        gather(normals, source);
-        gather(tangents, source);
+        gather(positions, source, turns).await;
+        gather(normals, source, turns).await;
+        gather(tangents, source, turns).await;
     }
 }
 
 /// Gives every triangle its own vertices and the normal of its plane.
-pub(super) fn add_flat_normals(primitive: &mut Primitive) {
+pub(super) async fn add_flat_normals(primitive: &mut Primitive, turns: &mut Turns<'_>) {
     let source = std::mem::take(&mut primitive.indices);
     primitive.tangents.clear();
-    remap_vertices(primitive, &source);
+    remap_vertices(primitive, &source, turns).await;
     primitive.indices = (0..primitive.positions.len() as u32).collect();
-    let normals = primitive.positions.chunks_exact(3).flat_map(|corners| {
+    let normal = |corners: &[[f32; 3]]| {
         let normal = match corners {
             &[a, b, c] => {
                 let (a, b, c) = (Vec3::from(a).as_dvec3(), Vec3::from(b).as_dvec3(), Vec3::from(c).as_dvec3());
@@ -96,8 +105,15 @@ pub(super) fn add_flat_normals(primitive: &mut Primitive) {
             _ => Vec3::Z,
         };
         [normal.to_array(); 3]
-    });
-    primitive.normals = normals.collect();
+    };
+    let triangles = primitive.positions.len() / 3;
+    let mut normals = Vec::with_capacity(3 * triangles);
+    let add = |range: Range<usize>| {
+        let corners = primitive.positions.get(3 * range.start..3 * range.end).unwrap_or_default();
+        normals.extend(corners.chunks_exact(3).flat_map(normal));
+    };
+    in_slices(triangles, turns, add).await;
+    primitive.normals = normals;
 }
 
 struct Corners<'a> {
@@ -149,6 +165,11 @@ impl Geometry for Corners<'_> {
 
 /// Adds MikkTSpace tangents for a UV set. A vertex whose corners disagree is split.
 pub(crate) fn add_tangents(primitive: &mut Primitive, uv_set: u32) {
+    at_once(add_tangents_in_turns(primitive, uv_set, &mut || None));
+}
+
+/// As [`add_tangents`]; `turns` is asked between slices of what follows the generator, which gives all at once.
+pub(super) async fn add_tangents_in_turns(primitive: &mut Primitive, uv_set: u32, turns: &mut Turns<'_>) {
     let uv = if uv_set == 1 { &primitive.uv1 } else { &primitive.uv0 };
     if uv.is_empty() || primitive.normals.is_empty() || primitive.indices.is_empty() {
         return;
@@ -159,18 +180,23 @@ pub(crate) fn add_tangents(primitive: &mut Primitive, uv_set: u32) {
         return;
     }
     let tangents = corners.tangents;
+    give_turn(turns).await;
 
     let mut vertex_of: HashMap<(u32, [u32; 4]), u32> = HashMap::new();
     let (mut source, mut vertex_tangents, mut indices) = (Vec::new(), Vec::new(), Vec::new());
-    for (&old, tangent) in primitive.indices.iter().zip(tangents) {
-        let new = *vertex_of.entry((old, tangent.map(f32::to_bits))).or_insert_with(|| {
-            source.push(old);
-            vertex_tangents.push(tangent);
-            (source.len() - 1) as u32
-        });
-        indices.push(new);
-    }
-    remap_vertices(primitive, &source);
+    let mut corners = primitive.indices.iter().zip(tangents);
+    let add = |range: Range<usize>| {
+        for (&old, tangent) in corners.by_ref().take(range.len()) {
+            let new = *vertex_of.entry((old, tangent.map(f32::to_bits))).or_insert_with(|| {
+                source.push(old);
+                vertex_tangents.push(tangent);
+                (source.len() - 1) as u32
+            });
+            indices.push(new);
+        }
+    };
+    in_slices(primitive.indices.len(), turns, add).await;
+    remap_vertices(primitive, &source, turns).await;
     primitive.indices = indices;
     primitive.tangents = vertex_tangents;
 }
@@ -216,7 +242,7 @@ mod tests {
         let mut primitive = crate::primitives::cube(Vec3::ONE);
         let expected: Vec<_> = primitive.indices.iter().map(|&i| primitive.normals[i as usize]).collect();
         primitive.normals.clear();
-        add_flat_normals(&mut primitive);
+        at_once(add_flat_normals(&mut primitive, &mut || None));
         assert_eq!(primitive.normals, expected);
         assert_eq!(primitive.uv0.len(), 36);
     }

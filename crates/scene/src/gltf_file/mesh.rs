@@ -3,12 +3,12 @@
 use super::accessor::{Component, to_f32, to_u32};
 use super::faults::List;
 use super::{Document, LoadError, draco, geometry, json::Json};
-use crate::turns::{Turns, give_turn};
+use crate::turns::{Turns, give_turn, in_slices};
 use crate::{Material, Mesh, MorphTarget, Primitive, Topology};
 use glam::{Vec3, Vec4};
 use std::sync::Arc;
 
-/// Every mesh. `turns` is asked after every primitive.
+/// Every mesh. `turns` is asked after every primitive, and between slices of a large one.
 pub(super) async fn read_meshes(
     document: &mut Document<'_>,
     materials: &[Material],
@@ -36,7 +36,7 @@ async fn read_mesh(
         default_morph_weights: json.number_list("weights")?.unwrap_or_default(),
     };
     for primitive in json.objects("primitives")? {
-        mesh.primitives.push(read_primitive(document, &primitive, materials)?);
+        mesh.primitives.push(read_primitive(document, &primitive, materials, turns).await?);
         document.unpacked.clear();
         give_turn(turns).await;
     }
@@ -51,7 +51,12 @@ async fn read_mesh(
     Ok(mesh)
 }
 
-fn read_primitive(document: &mut Document, json: &Json, materials: &[Material]) -> Result<Primitive, LoadError> {
+async fn read_primitive(
+    document: &mut Document<'_>,
+    json: &Json<'_>,
+    materials: &[Material],
+    turns: &mut Turns<'_>,
+) -> Result<Primitive, LoadError> {
     // Packed strips come out as lists.
     let mode = if draco::unpack(document, json)? { 4 } else { json.integer("mode")?.unwrap_or(4) };
     let topology = geometry::topology(mode);
@@ -60,36 +65,38 @@ fn read_primitive(document: &mut Document, json: &Json, materials: &[Material]) 
         Primitive { topology, material: json.index("material", materials.len(), "material")?, ..Primitive::default() };
     primitive.variant_materials = read_variants(document, json, materials.len())?;
     let attributes = json.require_object("attributes")?;
-    read_attributes(document, &attributes, &mut primitive)?;
+    read_attributes(document, &attributes, &mut primitive, turns).await?;
     let vertex_count = primitive.positions.len();
     if vertex_count == 0 {
         document.warn(&attributes.at("POSITION"), "the primitive has no positions and is not drawn");
         return Ok(Primitive { topology, material: primitive.material, ..Primitive::default() });
     }
     for target in json.objects("targets")? {
-        let mut deltas = |key| read_vec3(document, &target, key, vertex_count);
-        let (positions, normals) = (deltas("POSITION")?, deltas("NORMAL")?);
-        primitive.morph_targets.push(MorphTarget { positions, normals, tangents: deltas("TANGENT")? });
+        let positions = read_floats(document, &target, "POSITION", vertex_count, turns).await?;
+        let normals = read_floats(document, &target, "NORMAL", vertex_count, turns).await?;
+        let tangents = read_floats(document, &target, "TANGENT", vertex_count, turns).await?;
+        primitive.morph_targets.push(MorphTarget { positions, normals, tangents });
     }
 
-    let indices = read_indices(document, json, vertex_count)?;
+    let indices = read_indices(document, json, vertex_count, turns).await?;
     document.spend(indices.len() as u64 * 12, &json.at("indices"))?;
     let drawn = indices.len();
     primitive.indices = geometry::to_list(mode, indices);
     if (mode == 1 && drawn % 2 != 0) || (mode == 4 && drawn % 3 != 0) {
         document.warn(&json.pointer, "the number of vertices does not fit the mode; the rest is not drawn");
     }
-    complete(document, json, &mut primitive, materials)?;
+    complete(document, json, &mut primitive, materials, turns).await?;
     primitive.bounds = geometry::bounds(&primitive);
     Ok(primitive)
 }
 
 /// Generates the normals and tangents that are missing.
-fn complete(
-    document: &mut Document,
-    json: &Json,
+async fn complete(
+    document: &mut Document<'_>,
+    json: &Json<'_>,
     primitive: &mut Primitive,
     materials: &[Material],
+    turns: &mut Turns<'_>,
 ) -> Result<(), LoadError> {
     if primitive.topology != Topology::Triangles {
         return Ok(());
@@ -99,18 +106,17 @@ fn complete(
     let unwelded_bytes = primitive.indices.len() as u64 * vertex_bytes;
     if primitive.normals.is_empty() {
         document.spend(unwelded_bytes, &json.pointer)?;
-        geometry::add_flat_normals(primitive);
+        geometry::add_flat_normals(primitive, turns).await;
     }
     let all = primitive.material.into_iter().chain(primitive.variant_materials.iter().map(|(_, material)| *material));
     let with_levels = all.flat_map(|material| {
         let coarser = materials.get(material).and_then(|material| material.levels.as_ref());
         std::iter::once(material).chain(coarser.into_iter().flat_map(|levels| levels.coarser.iter().copied()))
     });
-    if let Some(uv_set) = with_levels.filter_map(|material| materials.get(material)?.tangent_uv_set()).next()
-        && primitive.tangents.is_empty()
-    {
+    let uv_set = with_levels.filter_map(|material| materials.get(material)?.tangent_uv_set()).next();
+    if let Some(uv_set) = uv_set.filter(|_| primitive.tangents.is_empty()) {
         document.spend(unwelded_bytes, &json.pointer)?;
-        geometry::add_tangents(primitive, uv_set);
+        geometry::add_tangents_in_turns(primitive, uv_set, turns).await;
     }
     Ok(())
 }
@@ -143,7 +149,12 @@ fn uv_keys(document: &mut Document, primitive: &Primitive) -> [String; 2] {
     sets.map(|set| format!("TEXCOORD_{set}"))
 }
 
-fn read_attributes(document: &mut Document, json: &Json, primitive: &mut Primitive) -> Result<(), LoadError> {
+async fn read_attributes(
+    document: &mut Document<'_>,
+    json: &Json<'_>,
+    primitive: &mut Primitive,
+    turns: &mut Turns<'_>,
+) -> Result<(), LoadError> {
     let [uv0, uv1] = uv_keys(document, primitive);
     for key in json.keys() {
         json.index(key, document.accessors.len(), "accessor")?;
@@ -155,27 +166,36 @@ fn read_attributes(document: &mut Document, json: &Json, primitive: &mut Primiti
     }
     let Some(position) = json.integer("POSITION")? else { return Ok(()) };
     let count = document.accessor_header(position, &json.at("POSITION"))?.count;
-    primitive.positions = read_vec3(document, json, "POSITION", count)?;
-    primitive.normals = read_vec3(document, json, "NORMAL", count)?;
+    primitive.positions = read_floats(document, json, "POSITION", count, turns).await?;
+    primitive.normals = read_floats(document, json, "NORMAL", count, turns).await?;
     let mut bad_normals = false;
-    for normal in &mut primitive.normals {
+    let make_unit = |normal: &mut [f32; 3]| {
         let unit = Vec3::from(*normal).try_normalize();
         bad_normals |= unit.is_none();
         *normal = unit.unwrap_or(Vec3::Z).to_array();
-    }
+    };
+    change_each(&mut primitive.normals, turns, make_unit).await;
     if bad_normals {
         document.warn(&json.at("NORMAL"), "some normals have no direction; they point along +Z instead");
     }
-    primitive.tangents = read_floats(document, json, "TANGENT", count)?;
-    for tangent in &mut primitive.tangents {
+    primitive.tangents = read_floats(document, json, "TANGENT", count, turns).await?;
+    let make_unit = |tangent: &mut [f32; 4]| {
         let [x, y, z, w] = *tangent;
         let unit = Vec3::new(x, y, z).try_normalize().unwrap_or(Vec3::X);
         *tangent = unit.extend(if w < 0.0 { -1.0 } else { 1.0 }).to_array();
-    }
-    primitive.uv0 = read_floats(document, json, &uv0, count)?;
-    primitive.uv1 = read_floats(document, json, &uv1, count)?;
-    primitive.colors = read_colors(document, json, count)?;
-    read_joints(document, json, primitive, count)
+    };
+    change_each(&mut primitive.tangents, turns, make_unit).await;
+    primitive.uv0 = read_floats(document, json, &uv0, count, turns).await?;
+    primitive.uv1 = read_floats(document, json, &uv1, count, turns).await?;
+    primitive.colors = read_colors(document, json, count, turns).await?;
+    read_joints(document, json, primitive, count, turns).await
+}
+
+/// Changes every value of a list, slice by slice.
+async fn change_each<T>(values: &mut [T], turns: &mut Turns<'_>, change: impl FnMut(&mut T)) {
+    let count = values.len();
+    let (mut left, mut change) = (values.iter_mut(), change);
+    in_slices(count, turns, |range| left.by_ref().take(range.len()).for_each(&mut change)).await;
 }
 
 /// Checks the count of an attribute's accessor; none if there is no such attribute.
@@ -194,45 +214,53 @@ fn attribute(
     Ok(Some((index, header)))
 }
 
-fn read_floats<const N: usize>(
-    document: &mut Document,
-    json: &Json,
+async fn read_floats<const N: usize>(
+    document: &mut Document<'_>,
+    json: &Json<'_>,
     key: &str,
     count: usize,
+    turns: &mut Turns<'_>,
 ) -> Result<Vec<[f32; N]>, LoadError> {
     let Some((index, header)) = attribute(document, json, key, count)? else { return Ok(Vec::new()) };
     if header.component == Component::U32 {
         return Err(json.error(key, "expected floats or integers of 8 or 16 bits, found integers of 32 bits"));
     }
-    let mut values = document.read::<f32, N>(index, &json.at(key), to_f32)?;
+    let mut values = document.read_in_turns::<f32, N>(index, &json.at(key), to_f32, turns).await?;
     let mut broken = false;
-    for value in values.iter_mut().flatten().filter(|value| !value.is_finite()) {
-        *value = 0.0;
-        broken = true;
-    }
+    let mend = |value: &mut [f32; N]| {
+        for part in value.iter_mut().filter(|part| !part.is_finite()) {
+            *part = 0.0;
+            broken = true;
+        }
+    };
+    change_each(&mut values, turns, mend).await;
     if broken {
         document.warn(&json.at(key), "some values are not finite; they are 0 instead");
     }
     Ok(values)
 }
 
-fn read_vec3(document: &mut Document, json: &Json, key: &str, count: usize) -> Result<Vec<[f32; 3]>, LoadError> {
-    read_floats(document, json, key, count)
-}
-
-fn read_colors(document: &mut Document, json: &Json, count: usize) -> Result<Vec<[f32; 4]>, LoadError> {
+async fn read_colors(
+    document: &mut Document<'_>,
+    json: &Json<'_>,
+    count: usize,
+    turns: &mut Turns<'_>,
+) -> Result<Vec<[f32; 4]>, LoadError> {
     let mut colors: Vec<[f32; 4]> = match attribute(document, json, "COLOR_0", count)? {
         Some((_, header)) if header.width == 3 => {
-            let colors = read_vec3(document, json, "COLOR_0", count)?;
+            let colors = read_floats::<3>(document, json, "COLOR_0", count, turns).await?;
             colors.into_iter().map(|[r, g, b]| [r, g, b, 1.0]).collect()
         }
-        _ => read_floats(document, json, "COLOR_0", count)?,
+        _ => read_floats(document, json, "COLOR_0", count, turns).await?,
     };
     let mut is_clamped = false;
-    for value in colors.iter_mut().flatten().filter(|value| !(0.0..=1.0).contains(*value)) {
-        *value = value.clamp(0.0, 1.0);
-        is_clamped = true;
-    }
+    let clamp = |color: &mut [f32; 4]| {
+        for value in color.iter_mut().filter(|value| !(0.0..=1.0).contains(*value)) {
+            *value = value.clamp(0.0, 1.0);
+            is_clamped = true;
+        }
+    };
+    change_each(&mut colors, turns, clamp).await;
     if is_clamped {
         document.warn(&json.at("COLOR_0"), "some colours are not from 0 to 1; they are clamped");
     }
@@ -240,18 +268,19 @@ fn read_colors(document: &mut Document, json: &Json, count: usize) -> Result<Vec
 }
 
 /// One set of joints with their weights; empty without such a set.
-fn read_joint_set(
-    document: &mut Document,
-    json: &Json,
+async fn read_joint_set(
+    document: &mut Document<'_>,
+    json: &Json<'_>,
     [joints_key, weights_key]: [&str; 2],
     count: usize,
+    turns: &mut Turns<'_>,
 ) -> Result<Vec<[(u32, f32); 4]>, LoadError> {
     let Some((index, header)) = attribute(document, json, joints_key, count)? else { return Ok(Vec::new()) };
     if !matches!(header.component, Component::U8 | Component::U16) {
         return Err(json.error(joints_key, "expected unsigned integers of 8 or 16 bits"));
     }
-    let joints = document.read::<u32, 4>(index, &json.at(joints_key), to_u32)?;
-    let weights: Vec<[f32; 4]> = read_floats(document, json, weights_key, count)?;
+    let joints = document.read_in_turns::<u32, 4>(index, &json.at(joints_key), to_u32, turns).await?;
+    let weights: Vec<[f32; 4]> = read_floats(document, json, weights_key, count, turns).await?;
     if weights.len() != joints.len() {
         return Err(json.error(weights_key, format!("expected weights beside {joints_key}, found nothing")));
     }
@@ -260,12 +289,18 @@ fn read_joint_set(
 }
 
 /// Joints and weights: weights add up to 1, and a joint without weight is 0. Of eight the strongest four stay.
-fn read_joints(document: &mut Document, json: &Json, primitive: &mut Primitive, count: usize) -> Result<(), LoadError> {
-    let mut sets = read_joint_set(document, json, ["JOINTS_0", "WEIGHTS_0"], count)?;
+async fn read_joints(
+    document: &mut Document<'_>,
+    json: &Json<'_>,
+    primitive: &mut Primitive,
+    count: usize,
+    turns: &mut Turns<'_>,
+) -> Result<(), LoadError> {
+    let mut sets = read_joint_set(document, json, ["JOINTS_0", "WEIGHTS_0"], count, turns).await?;
     if sets.is_empty() {
         return Ok(());
     }
-    let second = read_joint_set(document, json, ["JOINTS_1", "WEIGHTS_1"], count)?;
+    let second = read_joint_set(document, json, ["JOINTS_1", "WEIGHTS_1"], count, turns).await?;
     let mut is_cut = false;
     for (first, second) in sets.iter_mut().zip(second) {
         let [a, b, c, d] = *first;
@@ -279,7 +314,8 @@ fn read_joints(document: &mut Document, json: &Json, primitive: &mut Primitive, 
     if is_cut {
         document.warn(&json.at("JOINTS_1"), "some vertices have more than four joints; the strongest four move them");
     }
-    for influences in sets {
+    let add = |influences: &mut [(u32, f32); 4]| {
+        let influences = *influences;
         let weights = Vec4::from(influences.map(|(_, weight)| weight)).max(Vec4::ZERO);
         let sum = weights.element_sum();
         let weights = if sum > 0.0 && sum.is_finite() { weights / sum } else { Vec4::X };
@@ -290,11 +326,17 @@ fn read_joints(document: &mut Document, json: &Json, primitive: &mut Primitive, 
         }
         primitive.joints.push(joints);
         primitive.weights.push(weights);
-    }
+    };
+    change_each(&mut sets, turns, add).await;
     Ok(())
 }
 
-fn read_indices(document: &mut Document, json: &Json, vertex_count: usize) -> Result<Vec<u32>, LoadError> {
+async fn read_indices(
+    document: &mut Document<'_>,
+    json: &Json<'_>,
+    vertex_count: usize,
+    turns: &mut Turns<'_>,
+) -> Result<Vec<u32>, LoadError> {
     let Some(index) = json.index("indices", document.accessors.len(), "accessor")? else {
         let count = u32::try_from(vertex_count);
         return Ok((0..count.map_err(|_| json.error("attributes", "expected fewer than 2^32 vertices"))?).collect());
@@ -304,8 +346,7 @@ fn read_indices(document: &mut Document, json: &Json, vertex_count: usize) -> Re
     if !matches!(header.component, Component::U8 | Component::U16 | Component::U32) || header.normalized {
         return Err(json.error("indices", "expected unsigned integers that are not normalized"));
     }
-    let indices = document.read::<u32, 1>(index, &pointer, to_u32)?;
-    let indices: Vec<u32> = indices.into_iter().flatten().collect();
+    let indices = document.read_in_turns::<u32, 1>(index, &pointer, to_u32, turns).await?.into_flattened();
     match indices.iter().find(|&&index| index as usize >= vertex_count) {
         Some(index) => Err(json.error("indices", format!("index {index} is beyond the {vertex_count} vertices"))),
         None => Ok(indices),

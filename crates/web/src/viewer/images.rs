@@ -128,7 +128,7 @@ impl Viewer {
         if !self.options.simplifies() {
             self.renderer.load_in_turns(&loaded.scene, &mut turns).await?;
         }
-        self.take(loaded.scene, loaded.warnings, None)?;
+        self.take_in_turns(loaded.scene, loaded.warnings, None, &mut turns).await?;
         self.late = images;
         Ok(())
     }
