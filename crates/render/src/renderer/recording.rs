@@ -4,7 +4,7 @@ use super::Purpose;
 use super::asked::{Asked, ViewPart};
 use super::captures::MonitorView;
 use super::fisheye::uv_from_place;
-use super::mirrors::{MirrorSeen, Reflector};
+use super::mirrors::{MirrorSeen, MirrorView, Reflector};
 use super::output::ViewState;
 use super::portals::Doors;
 use super::prepare::{Ready, output_of};
@@ -232,11 +232,7 @@ fn record_view<'f>(
     };
     let mut r = Recorder::new(graph, frame, &ready.view);
     if matches!(purpose, Purpose::Pairs(_)) {
-        if asked.part.is_fisheye() {
-            return Ok(Recorded::default());
-        }
-        let pairs = frame::pair_passes(&mut r, &request.settings)?;
-        return Ok(Recorded { export: Some(r.graph.export(pairs)), ..Recorded::default() });
+        return record_pairs(&mut r, asked);
     }
     let flat = Flat {
         mirrors: before.mirrors(asked, ready),
@@ -248,13 +244,7 @@ fn record_view<'f>(
         ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view, &flat)?,
         ViewPart::Mirror(view) => {
             let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
-            let ViewOutputs { radiance, gbuffer, .. } = outputs;
-            if let Reflector::Portal(..) = view.of {
-                before.through.insert(asked.name.clone(), radiance);
-            } else if let Some(gbuffer) = gbuffer {
-                let picture = frame::mirror_picture_passes(&mut r, view.is_smooth, radiance, gbuffer.linear_depth)?;
-                before.behind.insert(asked.name.clone(), picture);
-            }
+            record_mirrored(&mut r, view, asked, outputs, before)?;
             return Ok(Recorded::default());
         }
         ViewPart::Side(side) => {
@@ -279,25 +269,9 @@ fn record_view<'f>(
             return Ok(Recorded::default());
         }
         ViewPart::Monitor(view) => {
-            for image in &view.darkens {
-                let Some(texture) = import_monitor(&mut r, scene, *image) else { continue };
-                frame::darken_monitor(&mut r, texture);
-            }
+            darken_monitors(&mut r, scene, view);
             let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
-            let outputs = frame::temporal_passes(&mut r, &request.settings, ready.temporal.as_ref(), outputs)?;
-            let ViewOutputs { radiance, depth, .. } = outputs;
-            let adapting = request.adapting(state.adapted.is_some());
-            let adapted = frame::exposure_passes(&mut r, adapting.as_ref(), &radiance)?;
-            let (previous_sum, settles) =
-                (asked.previous_sum(state), adaptive_step(asked, ready) != adaptive::Step::None);
-            let output = if asked.has_output() {
-                output_of(frame.gpu, asked, &mut state.output, (purpose, settles), false)
-            } else {
-                None
-            };
-            let means = output.map_or(Means::None, |output| output.means(r.graph, asked.means_of, previous_sum));
-            let settling = output.filter(|_| settles).and_then(|output| output.settling(r.graph));
-            before.seen.push(Seen { view, asked, ready, radiance, depth, means, settling, adapted });
+            before.seen.push(record_monitored(&mut r, view, (asked, state, ready), outputs, purpose)?);
             return Ok(Recorded::default());
         }
         ViewPart::Fisheye(of_fisheye) => {
@@ -313,21 +287,97 @@ fn record_view<'f>(
         None => (r, outputs),
     };
     let mut outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
+    let recorded = record_picture(&mut r, (asked, state, ready), overlay.as_ref(), &mut outputs, purpose)?;
+    let variables = if asked.wants_variables {
+        AovExports::new(r.graph, variables.unwrap_or(outputs))
+    } else {
+        AovExports::default()
+    };
+    Ok(Recorded { variables, ..recorded })
+}
+
+/// Counts the pairs of a view; none of a fisheye, whose sides are counted.
+fn record_pairs(r: &mut Recorder<'_, '_>, asked: &Asked) -> Result<Recorded, RenderError> {
+    if asked.part.is_fisheye() {
+        return Ok(Recorded::default());
+    }
+    let pairs = frame::pair_passes(r, &asked.request.settings)?;
+    Ok(Recorded { export: Some(r.graph.export(pairs)), ..Recorded::default() })
+}
+
+/// Makes those screens dark that show nothing yet.
+fn darken_monitors(r: &mut Recorder<'_, '_>, scene: &Scene, view: &MonitorView) {
+    for image in &view.darkens {
+        let Some(texture) = import_monitor(r, scene, *image) else { continue };
+        frame::darken_monitor(r, texture);
+    }
+}
+
+/// Keeps what is seen behind a mirror or water, or through a portal, for the view that shows it.
+fn record_mirrored(
+    r: &mut Recorder<'_, '_>,
+    view: &MirrorView,
+    asked: &Asked,
+    outputs: ViewOutputs,
+    before: &mut Before<'_>,
+) -> Result<(), RenderError> {
+    let ViewOutputs { radiance, gbuffer, .. } = outputs;
+    if let Reflector::Portal(..) = view.of {
+        before.through.insert(asked.name.clone(), radiance);
+    } else if let Some(gbuffer) = gbuffer {
+        let picture = frame::mirror_picture_passes(r, view.is_smooth, radiance, gbuffer.linear_depth)?;
+        before.behind.insert(asked.name.clone(), picture);
+    }
+    Ok(())
+}
+
+/// What the camera of a monitor sees, with the exposure and the mean of its own.
+fn record_monitored<'f>(
+    r: &mut Recorder<'_, 'f>,
+    view: &'f MonitorView,
+    (asked, state, ready): (&'f Asked, &mut ViewState, &'f Ready),
+    outputs: ViewOutputs,
+    purpose: &Purpose<'_>,
+) -> Result<Seen<'f>, RenderError> {
+    let request = &asked.request;
+    let outputs = frame::temporal_passes(r, &request.settings, ready.temporal.as_ref(), outputs)?;
+    let ViewOutputs { radiance, depth, .. } = outputs;
+    let adapting = request.adapting(state.adapted.is_some());
+    let adapted = frame::exposure_passes(r, adapting.as_ref(), &radiance)?;
+    let (previous_sum, settles) = (asked.previous_sum(state), adaptive_step(asked, ready) != adaptive::Step::None);
+    let output = if asked.has_output() {
+        output_of(r.frame.gpu, asked, &mut state.output, (purpose, settles), false)
+    } else {
+        None
+    };
+    let means = output.map_or(Means::None, |output| output.means(r.graph, asked.means_of, previous_sum));
+    let settling = output.filter(|_| settles).and_then(|output| output.settling(r.graph));
+    Ok(Seen { view, asked, ready, radiance, depth, means, settling, adapted })
+}
+
+/// What becomes of the radiance of a view whose picture is shown, or metered alone.
+fn record_picture<'f>(
+    r: &mut Recorder<'_, 'f>,
+    (asked, state, ready): (&'f Asked, &mut ViewState, &'f Ready),
+    overlay: Option<&OverlayDraw>,
+    outputs: &mut ViewOutputs,
+    purpose: &Purpose<'_>,
+) -> Result<Recorded, RenderError> {
+    let request = &asked.request;
     let has_tint = outputs.tint.is_some();
     let (mut export, mut adapted) = (None, None);
     let previous_sum = asked.previous_sum(state);
     let step = adaptive_step(asked, ready);
-    match output_of(frame.gpu, asked, &mut state.output, (purpose, step != adaptive::Step::None), has_tint) {
+    match output_of(r.frame.gpu, asked, &mut state.output, (purpose, step != adaptive::Step::None), has_tint) {
         None => {
-            let meter = meter::record(&mut r, &outputs.radiance)?;
+            let meter = meter::record(r, &outputs.radiance)?;
             export = Some(r.graph.export(meter));
         }
         Some(output) => {
             let adapting = request.adapting(state.adapted.is_some());
-            let stops = frame::exposure_passes(&mut r, adapting.as_ref(), &outputs.radiance)?;
+            let stops = frame::exposure_passes(r, adapting.as_ref(), &outputs.radiance)?;
             let (settings, shaded) = (&request.settings, &outputs.radiance);
-            let enlarged =
-                frame::upscale_passes(&mut r, settings, request.display_exposure(), shaded, asked.output_size)?;
+            let enlarged = frame::upscale_passes(r, settings, request.display_exposure(), shaded, asked.output_size)?;
             let means = output.means(r.graph, asked.means_of, previous_sum);
             let tint = outputs.tint.take().map(|texture| {
                 let mean = output.tint_mean(r.graph, asked.means_of, previous_sum);
@@ -343,20 +393,15 @@ fn record_view<'f>(
                 adapted: stops.as_ref(),
                 depth: &outputs.depth,
                 adaptive_step: step,
-                overlay: overlay.as_ref(),
+                overlay,
                 settling: if step == adaptive::Step::None { None } else { output.settling(r.graph) },
             };
             let radiance = enlarged.as_ref().unwrap_or(shaded);
-            frame::output_passes(&mut r, settings, radiance, means, picture, &request.effects)?;
+            frame::output_passes(r, settings, radiance, means, picture, &request.effects)?;
             adapted = stops.map(|stops| r.graph.export(stops));
         }
     }
-    let variables = if asked.wants_variables {
-        AovExports::new(r.graph, variables.unwrap_or(outputs))
-    } else {
-        AovExports::default()
-    };
-    Ok(Recorded { variables, export, adapted, has_tint })
+    Ok(Recorded { variables: AovExports::default(), export, adapted, has_tint })
 }
 
 /// What the view does after this sample.
