@@ -18,11 +18,12 @@ use crate::surroundings::Surroundings;
 use crate::table;
 use live::Live;
 use manypass::{
-    Adaptation, Background, Environment, Exposure, FrameRequest, RenderError, Renderer, Settings, Switch, Tonemap, View,
+    Adaptation, Background, Environment, Exposure, FrameRequest, FrameStats, PairCounts, Plan, RenderError, Renderer,
+    Settings, Switch, Tonemap, View,
 };
 use manypass_offline::{atomic, encode};
-use manypass_scene::Framing;
-use serde_json::json;
+use manypass_scene::{Framing, Scene, Stage};
+use serde_json::{Value, json};
 use std::path::Path;
 use std::time::Instant;
 
@@ -38,12 +39,7 @@ const FRAME_SECS: f32 = 1.0 / 60.0;
 /// Wrong usage, an input that cannot be read, no adapter, or a renderer that fails.
 pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let (width, height) = job::size(&args.size)?;
-    if let Some(budget_ms) = args.budget_ms.filter(|ms| !(ms.is_finite() && *ms > 0.0)) {
-        return Err(Failure::usage(format!("--budget-ms {budget_ms} is out of range"), "give milliseconds above 0"));
-    }
-    let [input] = &Input::parse(&args.input)?[..] else {
-        return Err(Failure::usage("bench takes one file", "name one model"));
-    };
+    let input = &checked_input(args)?;
     // What a demo is shown with is no part of what is measured bare.
     let takes_settings = args.live || !matches!(input, Input::Demo(_));
     let chosen = Chosen::of_change(&args.change)?.meeting_stages(takes_settings && input.has_settings());
@@ -66,10 +62,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         stage => chosen.settings(base(), stage.as_ref())?,
     };
     let effect_values: Vec<_> = effect_files.iter().map(effect_values).collect();
-    let mut live = match args.live {
-        true => Live::new(&chosen, &settings, stage.as_ref())?,
-        false => job::check_settings(&settings).map(|()| Live::default())?,
-    };
+    let mut live = live_of(args, &chosen, &settings, stage.as_ref())?;
     warnings.extend(Surroundings::new(session::cache(!args.cache.no_cache)).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
     scenes::bring_near(&mut scene, &settings);
@@ -78,11 +71,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     renderer.limit_textures(settings.textures.max_px);
     renderer.load(&scene).map_err(failed)?;
     let upload_ms = ms_since(upload_started);
-    let aspect = width as f32 / height as f32;
-    let (world_from_view, projection) =
-        camera::resolve(&CameraSpec::default(), &scene, &Framing::of_scene(&scene), aspect, 0.0)?;
-    let path = settings.render.path.name();
-    let light_culling = settings.lights.culling.name();
+    let view = view_of(&scene, (width, height))?;
     let exposure = settings.exposure.resolved(&scene, settings.environment.source);
     let mut request = FrameRequest {
         settings: settings.clone(),
@@ -90,7 +79,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
         overlay: scene.overlay.clone(),
         goes_on: args.live,
         adaptation: if args.live { Adaptation::After { secs: FRAME_SECS } } else { Adaptation::Still },
-        ..FrameRequest::new(width, height, View { world_from_view, projection })
+        ..FrameRequest::new(width, height, view)
     };
     renderer.expose(&scene, &mut request, exposure).map_err(failed)?;
     live.begin(&mut request);
@@ -110,85 +99,174 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let stats = renderer.stats();
     let shadows = shadow_numbers(&renderer, &scene);
     if let Some(path) = &args.png {
-        let pixels = renderer.read_display().map_err(failed)?;
-        let bytes = encode::png_rgba8(width, height, &pixels).map_err(output_failure)?;
-        atomic::write_file(path, &bytes).map_err(write_failure)?;
+        write_png(path, (width, height), &mut renderer)?;
     }
     let plan = renderer.plan(&scene, &request).map_err(failed)?;
-    let (passes, table, pairs) = if args.first_frame {
-        (Vec::new(), String::new(), None)
-    } else {
-        let times = renderer.pass_times(&scene, &request).map_err(failed)?;
-        let pairs = renderer.count_pairs(&scene, &request).map_err(failed)?;
-        let work = plan.pass_work();
-        (measured_passes(&times, &work), table::of_times(&times, &work), Some(pairs))
+    let of_passes = if args.first_frame { None } else { Some(measure_passes(&mut renderer, &scene, &request, &plan)?) };
+    let (passes, table, pairs) = of_passes.unwrap_or_default();
+    let measured = Measured {
+        renderer: &renderer,
+        size: (width, height),
+        settings: &settings,
+        live: &live,
+        effect_values,
+        first,
+        stats,
+        shadows,
+        plan: &plan,
+        pairs,
+        passes,
+        first_frame_ms,
+        load_ms,
+        upload_ms,
     };
-    let over = pairs
-        .filter(|pairs| pairs.pairs_in_range > 0)
-        .map(|pairs| pairs.pairs_visited as f64 / pairs.pairs_in_range as f64);
-    let adapter = &renderer.gpu().adapter;
-    let info = json!({
-        "adapter": adapter.name,
-        "backend": adapter.backend,
-        "driver": adapter.driver,
-        "width": width,
-        "height": height,
-        "path": path,
-        "light_culling": light_culling,
-        "settings": live.settings().unwrap_or(&settings),
-        "quality": live.numbers(),
-        "scene_bytes": renderer.scene_bytes(),
-        "effects": effect_values,
-        "lights": stats.lights,
-        "lights_too_small": stats.lights_too_small,
-        "captures": stats.captures,
-        "captures_left_out": stats.captures_left_out,
-        "probes_captured": stats.probes_captured,
-        "draws": stats.draws,
-        "light_draws": stats.light_draws,
-        "written_bytes": stats.written_bytes,
-        "triangles": stats.triangles,
-        "levels": stats.levels,
-        "culling_ms": first.culling_ms,
-        "list_entries": stats.list_entries,
-        "light_lists_made": stats.light_lists_made,
-        "shadows": shadows,
-        "shadow_tiles_drawn_first": first.shadow_tiles_drawn,
-        "bind_groups_made": stats.bind_groups_made,
-        "bundles_executed": stats.bundles_executed,
-        "binding_changes": stats.binding_changes,
-        "pipelines_made": stats.pipelines_made,
-        "uploaded_bytes": stats.uploaded_bytes,
-        "pairs_visited": pairs.map(|pairs| pairs.pairs_visited),
-        "pairs_shaded": pairs.map(|pairs| pairs.pairs_shaded),
-        "pairs_in_range": pairs.map(|pairs| pairs.pairs_in_range),
-        "pairs_passed_over": pairs.map(|pairs| pairs.pairs_passed_over),
-        "visited_over_in_range": over,
-        "texture_bytes": stats.texture_bytes,
-        "texture_bytes_unaliased": stats.texture_bytes_unaliased,
-        "texture_bytes_imported": plan.bytes().imported,
-        "passes": passes,
-        "first_frame_ms": first_frame_ms,
-        "load_ms": load_ms,
-        "upload_ms": upload_ms,
-    });
     if !args.json {
-        let shown_ms = if args.first_frame { &vec![first_frame_ms] } else { &frames_ms };
+        let shown_ms: &[f64] = if args.first_frame { &[first_frame_ms] } else { &frames_ms };
+        print(&format!("{}{table}", measured.summary(&input.name(), shown_ms, first_ms)))?;
+    }
+    let line = json!({ "timeToFirstFrame": first_ms, "frames": frames_ms, "info": measured.info() });
+    print(&format!("{line}\n"))
+}
+
+/// The budget of frames as a page draws them; none of others, whose settings are checked.
+fn live_of(args: &BenchArgs, chosen: &Chosen<'_>, settings: &Settings, stage: Option<&Stage>) -> Result<Live, Failure> {
+    match args.live {
+        true => Live::new(chosen, settings, stage),
+        false => job::check_settings(settings).map(|()| Live::default()),
+    }
+}
+
+/// From where a scene is seen that nobody says more of.
+fn view_of(scene: &Scene, (width, height): (u32, u32)) -> Result<View, Failure> {
+    let aspect = width as f32 / height as f32;
+    let (world_from_view, projection) =
+        camera::resolve(&CameraSpec::default(), scene, &Framing::of_scene(scene), aspect, 0.0)?;
+    Ok(View { world_from_view, projection })
+}
+
+/// The passes for JSON and as a table, and pairs of lights, in frames of their own.
+fn measure_passes(
+    renderer: &mut Renderer,
+    scene: &Scene,
+    request: &FrameRequest,
+    plan: &Plan,
+) -> Result<(Vec<Value>, String, Option<PairCounts>), Failure> {
+    let failed = |error: RenderError| still_failure(&error.into());
+    let times = renderer.pass_times(scene, request).map_err(failed)?;
+    let pairs = renderer.count_pairs(scene, request).map_err(failed)?;
+    let work = plan.pass_work();
+    Ok((measured_passes(&times, &work), table::of_times(&times, &work), Some(pairs)))
+}
+
+/// The one input, after flags that nothing else checks.
+fn checked_input(args: &BenchArgs) -> Result<Input, Failure> {
+    if let Some(budget_ms) = args.budget_ms.filter(|ms| !(ms.is_finite() && *ms > 0.0)) {
+        return Err(Failure::usage(format!("--budget-ms {budget_ms} is out of range"), "give milliseconds above 0"));
+    }
+    let mut inputs = Input::parse(&args.input)?;
+    match (inputs.pop(), inputs.is_empty()) {
+        (Some(input), true) => Ok(input),
+        _ => Err(Failure::usage("bench takes one file", "name one model")),
+    }
+}
+
+/// Writes the last frame.
+fn write_png(path: &Path, (width, height): (u32, u32), renderer: &mut Renderer) -> Result<(), Failure> {
+    let pixels = renderer.read_display().map_err(|error: RenderError| still_failure(&error.into()))?;
+    let bytes = encode::png_rgba8(width, height, &pixels).map_err(output_failure)?;
+    atomic::write_file(path, &bytes).map_err(write_failure)
+}
+
+/// What was measured beside the times of frames.
+struct Measured<'m> {
+    renderer: &'m Renderer,
+    size: (u32, u32),
+    settings: &'m Settings,
+    live: &'m Live,
+    effect_values: Vec<Value>,
+    /// Of the first frame.
+    first: FrameStats,
+    /// Of the last.
+    stats: FrameStats,
+    shadows: Value,
+    plan: &'m Plan,
+    pairs: Option<PairCounts>,
+    passes: Vec<Value>,
+    first_frame_ms: f64,
+    load_ms: f64,
+    upload_ms: f64,
+}
+
+impl Measured<'_> {
+    /// Lines for people.
+    fn summary(&self, name: &str, shown_ms: &[f64], first_ms: f64) -> String {
+        let ((width, height), stats) = (self.size, &self.stats);
         let (median, min, max) = summary(shown_ms);
-        print(&format!(
-            "{} at {width}x{height} on {}\nframes: {}, median {median:.2} ms, min {min:.2} ms, max {max:.2} ms; first \
-             after {first_ms:.0} ms\nlights: {}, draws: {}, triangles: {}\n{}{table}",
-            input.name(),
-            adapter.name,
+        format!(
+            "{name} at {width}x{height} on {}\nframes: {}, median {median:.2} ms, min {min:.2} ms, max {max:.2} ms; first \
+             after {first_ms:.0} ms\nlights: {}, draws: {}, triangles: {}\n{}",
+            self.renderer.gpu().adapter.name,
             shown_ms.len(),
             stats.lights,
             stats.draws,
             stats.triangles,
-            live.summary(),
-        ))?;
+            self.live.summary(),
+        )
     }
-    let line = json!({ "timeToFirstFrame": first_ms, "frames": frames_ms, "info": info });
-    print(&format!("{line}\n"))
+
+    /// `info` of the JSON.
+    fn info(&self) -> Value {
+        let Self { renderer, settings, live, first, stats, pairs, .. } = self;
+        let adapter = &renderer.gpu().adapter;
+        let over = pairs
+            .filter(|pairs| pairs.pairs_in_range > 0)
+            .map(|pairs| pairs.pairs_visited as f64 / pairs.pairs_in_range as f64);
+        json!({
+            "adapter": adapter.name,
+            "backend": adapter.backend,
+            "driver": adapter.driver,
+            "width": self.size.0,
+            "height": self.size.1,
+            "path": settings.render.path.name(),
+            "light_culling": settings.lights.culling.name(),
+            "settings": live.settings().unwrap_or(settings),
+            "quality": live.numbers(),
+            "scene_bytes": renderer.scene_bytes(),
+            "effects": self.effect_values,
+            "lights": stats.lights,
+            "lights_too_small": stats.lights_too_small,
+            "captures": stats.captures,
+            "captures_left_out": stats.captures_left_out,
+            "probes_captured": stats.probes_captured,
+            "draws": stats.draws,
+            "light_draws": stats.light_draws,
+            "written_bytes": stats.written_bytes,
+            "triangles": stats.triangles,
+            "levels": stats.levels,
+            "culling_ms": first.culling_ms,
+            "list_entries": stats.list_entries,
+            "light_lists_made": stats.light_lists_made,
+            "shadows": self.shadows,
+            "shadow_tiles_drawn_first": first.shadow_tiles_drawn,
+            "bind_groups_made": stats.bind_groups_made,
+            "bundles_executed": stats.bundles_executed,
+            "binding_changes": stats.binding_changes,
+            "pipelines_made": stats.pipelines_made,
+            "uploaded_bytes": stats.uploaded_bytes,
+            "pairs_visited": pairs.map(|pairs| pairs.pairs_visited),
+            "pairs_shaded": pairs.map(|pairs| pairs.pairs_shaded),
+            "pairs_in_range": pairs.map(|pairs| pairs.pairs_in_range),
+            "pairs_passed_over": pairs.map(|pairs| pairs.pairs_passed_over),
+            "visited_over_in_range": over,
+            "texture_bytes": stats.texture_bytes,
+            "texture_bytes_unaliased": stats.texture_bytes_unaliased,
+            "texture_bytes_imported": self.plan.bytes().imported,
+            "passes": self.passes,
+            "first_frame_ms": self.first_frame_ms,
+            "load_ms": self.load_ms,
+            "upload_ms": self.upload_ms,
+        })
+    }
 }
 
 /// The times of the frames after the first, in milliseconds. The budget is for all of them; a quarter of it at most

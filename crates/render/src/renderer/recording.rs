@@ -305,7 +305,7 @@ fn record_pairs(r: &mut Recorder<'_, '_>, asked: &Asked) -> Result<Recorded, Ren
     Ok(Recorded { export: Some(r.graph.export(pairs)), ..Recorded::default() })
 }
 
-/// Makes those screens dark that show nothing yet.
+/// Makes the monitors dark that would be too deep in what the camera of another one sees.
 fn darken_monitors(r: &mut Recorder<'_, '_>, scene: &Scene, view: &MonitorView) {
     for image in &view.darkens {
         let Some(texture) = import_monitor(r, scene, *image) else { continue };
