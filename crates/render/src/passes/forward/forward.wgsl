@@ -117,6 +117,53 @@ fn seen_of_surface(in: SurfaceVarying, surface: Surface, shading: Shading) -> Se
     return reflected_in_place(surface, shading, seen_of_surface(in, surface, shading));
 }
 
+// Whether a fragment is none of this layer, of this level of detail, or of a point's disc.
+fn is_left_out(in: SurfaceVarying) -> bool {
+    var is_out = is_peeled(in.position_clip, in.position_world);
+    if fades != 0u {
+        is_out = is_out | is_faded(in.position_clip.xy, in.object);
+    }
+    @if(points) {
+        is_out = is_out | (dot(in.corner, in.corner) > 1.0);
+    }
+    return is_out;
+}
+
+// What the targets take of the radiance of a surface, of which `coverage` hides what lies behind.
+fn targets_of(
+    in: SurfaceVarying,
+    radiance: vec3f,
+    sums: LightSums,
+    emission: vec3f,
+    coverage: f32,
+    alpha: f32,
+) -> ShadedTargets {
+    if lights_of >= LIGHTS_OF_REFLECTIONS {
+        return ShadedTargets(vec4f(radiance, 0.0), vec4f(0.0));
+    }
+    if counts_pairs != 0u {
+        return ShadedTargets(pair_counts(sums), vec4f(0.0));
+    }
+    if lights_of == LIGHTS_OF_LATER_BATCH {
+        // Coverage and the light of fog are there already: what is left is what comes through.
+        let added = fogged(radiance, in.position_world) - fogged(vec3f(0.0), in.position_world);
+        return ShadedTargets(vec4f(half_float_clamped(added), 0.0), vec4f(0.0));
+    }
+    var seen = fogged(radiance, in.position_world);
+    if in_lit_fog != 0u {
+        seen += light_in_fog_before(in.position_clip.xy, in.position_world);
+    }
+    let glow = glow_share(half_float_clamped(emission * view.pre_exposure));
+    let opaque_alpha = coverage + glow * fog_transmittance(in.position_world);
+    @if(layered) {
+        if replaces != 0u {
+            let of_surface = vec4f(half_float_clamped(seen), opaque_alpha);
+            return ShadedTargets(over_what_is_there(in, of_surface, alpha), vec4f(0.0));
+        }
+    }
+    return shaded_targets(seen, opaque_alpha, alpha, in.position_world);
+}
+
 fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sunk) -> ShadedTargets {
     @if(!layered) let sample = surface_sample(in, front_facing);
     @if(layered && !relief) var sample = surface_sample(in, front_facing);
@@ -131,18 +178,8 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
         cross(dpdx(in.position_world), dpdy(in.position_world)), seen.facet.across, has_coarse_steps(),
     );
     let facet_normal = facet * inverseSqrt(max(dot(facet, facet), 1e-30));
-    if is_peeled(in.position_clip, in.position_world) {
+    if is_left_out(in) {
         discard;
-    }
-    if fades != 0u {
-        if is_faded(in.position_clip.xy, in.object) {
-            discard;
-        }
-    }
-    @if(points) {
-        if dot(in.corner, in.corner) > 1.0 {
-            discard;
-        }
     }
     var covered = 1.0;
     if masked != 0u {
@@ -215,28 +252,5 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
             return ShadedTargets(over_what_is_there(in, through, sample.alpha), vec4f(0.0));
         }
     }
-    if lights_of >= LIGHTS_OF_REFLECTIONS {
-        return ShadedTargets(vec4f(radiance, 0.0), vec4f(0.0));
-    }
-    if counts_pairs != 0u {
-        return ShadedTargets(pair_counts(sums), vec4f(0.0));
-    }
-    if lights_of == LIGHTS_OF_LATER_BATCH {
-        // Coverage and the light of fog are there already: what is left is what comes through.
-        let added = fogged(radiance, in.position_world) - fogged(vec3f(0.0), in.position_world);
-        return ShadedTargets(vec4f(half_float_clamped(added), 0.0), vec4f(0.0));
-    }
-    radiance = fogged(radiance, in.position_world);
-    if in_lit_fog != 0u {
-        radiance += light_in_fog_before(in.position_clip.xy, in.position_world);
-    }
-    let glow = glow_share(half_float_clamped(sample.emission * view.pre_exposure));
-    let opaque_alpha = covered * coverage + glow * fog_transmittance(in.position_world);
-    @if(layered) {
-        if replaces != 0u {
-            let seen = vec4f(half_float_clamped(radiance), opaque_alpha);
-            return ShadedTargets(over_what_is_there(in, seen, sample.alpha), vec4f(0.0));
-        }
-    }
-    return shaded_targets(radiance, opaque_alpha, sample.alpha, in.position_world);
+    return targets_of(in, radiance, sums, sample.emission, covered * coverage, sample.alpha);
 }
