@@ -1,121 +1,47 @@
 //! The whole frame, top to bottom: from surfaces to radiance here, from there to the picture in `frame/picture.rs`.
 
 mod glass;
+mod lighting;
 mod monitors;
 mod picture;
+mod shared;
+mod surfaces;
 
 use glass::Translucent;
+use lighting::light_passes;
 pub use monitors::{Monitored, darken_monitor, monitor_passes};
+pub(crate) use picture::fisheye_passes;
 pub use picture::{
     Means, Picture, Tint, effect_passes, enlarged_passes, exposure_passes, output_passes, temporal_passes,
     upscale_passes,
 };
+pub use shared::shared_passes;
+pub(crate) use shared::{environment_passes, ground_passes, probe_light_passes, surroundings_passes};
+pub use surfaces::{Variables, variable_passes};
+use surfaces::{begin_depth, surface_passes};
 
-use crate::aov::AovPasses;
-use crate::draws::Tile;
 use crate::environment::Background;
-use crate::environment::lobe::{Lobe, LobeTable};
-use crate::environment::tiles::Tile as EnvironmentTile;
-use crate::fisheye::FisheyeLens;
 use crate::fog::{FogMode, FogSettings};
 use crate::gbuffer::{Gbuffer, LightTarget, ViewOutputs};
-use crate::ground::GroundMap;
-use crate::lights::LightCulling;
 use crate::mirror_picture::MirrorPicture;
 use crate::occlusion::Occlusion;
 use crate::passes::debug::DebugView;
-use crate::passes::direct::Lights;
 use crate::passes::forward::{LayeredDepth, OpaqueDepth};
 use crate::passes::mirrors::ShownMirror;
 use crate::passes::particles::ShownParticles;
 use crate::passes::portals::ShownPortal;
-use crate::passes::probe_capture::{CapturedProbe, SeenSide};
 use crate::passes::water::ShownWater;
 use crate::passes::{
-    adaptive, background, coverage, direct, emission, environment, fisheye, fog, forward, geometry, gi, gouraud,
-    ground, ids, indirect, linear_depth, mips, mirrors, motion, occlusion, particles, portals, probe_capture, probes,
-    reflections, resolve, shadows, tile_depth, transmittance, transparency, volumes, water,
+    background, coverage, fog, forward, geometry, gi, gouraud, ground, ids, linear_depth, mips, mirrors, occlusion,
+    particles, portals, probes, reflections, resolve, transmittance, transparency, water,
 };
 use crate::record::Recorder;
 pub use crate::render_settings::Path;
-use crate::resources::environment::{EnvironmentTiles, Unfinished};
 use crate::screen_space::{InPicture, Reflections};
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
-use crate::shadows::FrameShadows;
 use crate::transparency::{Blended, Peel, Side, TransparencyMode};
-use crate::view::CameraStep;
 use manypass_graph::{DepthLoad, Handle};
-
-/// What all views of a frame share: the maps of their shadows.
-///
-/// # Errors
-/// A program that does not compile, or declares what nobody binds.
-pub fn shared_passes(r: &mut Recorder<'_, '_>, shadows: &FrameShadows, atlas: Handle) -> Result<(), ProgramError> {
-    shadows::record(r, shadows, atlas)
-}
-
-/// What surfaces reflect of a picture of the environment, once it is new.
-///
-/// # Errors
-/// A program that does not compile, or declares what nobody binds.
-pub(crate) fn environment_passes(
-    r: &mut Recorder<'_, '_>,
-    tiles: &EnvironmentTiles,
-    unfinished: &Unfinished,
-) -> Result<(), ProgramError> {
-    let picture = r.graph.import("environment.picture", unfinished.picture_desc, unfinished.picture.clone());
-    let target = r.graph.import("environment", tiles.desc, tiles.view.clone());
-    let drawn = environment::record(r, (tiles, unfinished), &picture, target)?;
-    r.graph.export(drawn);
-    Ok(())
-}
-
-/// What stands for the environment in a part of the scene, from what was seen around a place: six sides of a cube.
-///
-/// # Errors
-/// A program that does not compile, or declares what nobody binds.
-pub(crate) fn surroundings_passes(
-    r: &mut Recorder<'_, '_>,
-    lobes: (&[Lobe], &LobeTable),
-    faces: &[Handle; 6],
-    tile: impl Fn(u32) -> EnvironmentTile,
-    target: Handle,
-) -> Result<(), ProgramError> {
-    let drawn = environment::record_surroundings(r, lobes, faces, tile, target)?;
-    r.graph.export(drawn);
-    Ok(())
-}
-
-/// The light of a probe, of what is to be seen around it.
-///
-/// # Errors
-/// A program that does not compile, or declares what nobody binds.
-pub(crate) fn probe_light_passes(
-    r: &mut Recorder<'_, '_>,
-    probe: &CapturedProbe,
-    sides: &[SeenSide],
-    target: Handle,
-) -> Result<(), ProgramError> {
-    let drawn = probe_capture::record(r, probe, sides, target)?;
-    r.graph.export(drawn);
-    Ok(())
-}
-
-/// What the ground gets of light, once that or the scene changed: the map of the plane, in `target`.
-///
-/// # Errors
-/// A program that does not compile, or declares what nobody binds.
-pub(crate) fn ground_passes(
-    r: &mut Recorder<'_, '_>,
-    map: &GroundMap,
-    tiles: &[Tile],
-    target: Handle,
-) -> Result<(), ProgramError> {
-    let drawn = ground::record_map(r, map, tiles, target)?;
-    r.graph.export(drawn);
-    Ok(())
-}
 
 /// What a view shows beside its surfaces: flat ones, whose own views came before, and particles.
 #[derive(Debug, Default)]
@@ -316,15 +242,6 @@ fn water_passes(
         radiance = water::record_within(r, within, (linear_depth, after.as_ref().unwrap_or(linear_depth)), radiance)?;
     }
     Ok(Watered { radiance, depth, linear_depth: after })
-}
-
-/// The depth that a view begins with: where nothing is to be drawn, because tiles are settled or lie outside of a mirror's
-/// outline, it is nearest of all.
-fn begin_depth(r: &mut Recorder<'_, '_>) -> Result<(Handle, DepthLoad), ProgramError> {
-    match r.view.outline {
-        Some(outline) => mirrors::begin_depth(r, &outline),
-        None => adaptive::begin_depth(r),
-    }
 }
 
 /// What is known of surfaces before they are shaded where they are drawn.
@@ -537,71 +454,6 @@ fn blended_passes(
     transparency::record(r, blended)
 }
 
-/// All light that reaches opaque surfaces from the environment, and from lights in the way that the settings name. Also
-/// gives depth.
-fn light_passes(
-    r: &mut Recorder<'_, '_>,
-    settings: &Settings,
-    gbuffer: &Gbuffer,
-    found: InPicture<'_>,
-    depth: Handle,
-    radiance: Handle,
-) -> Result<(Handle, Handle), ProgramError> {
-    match settings.lights.culling {
-        LightCulling::Clustered | LightCulling::None => {
-            Ok((surface_light_passes(r, &Lights::Clusters, gbuffer, found, &depth, radiance)?, depth))
-        }
-        LightCulling::Tiled => {
-            let tile_depth = tile_depth::record(r, &gbuffer.linear_depth)?;
-            Ok((surface_light_passes(r, &Lights::Tiles(&tile_depth), gbuffer, found, &depth, radiance)?, depth))
-        }
-        LightCulling::Volumes | LightCulling::VolumesStencil => {
-            let radiance = surface_light_passes(r, &Lights::Global, gbuffer, found, &depth, radiance)?;
-            volumes::record(r, gbuffer, depth, radiance)
-        }
-    }
-}
-
-/// Light of the environment and of `lights`: in one pass, which reads the G-buffer once for both, where one of them
-/// reaches every pixel.
-fn surface_light_passes(
-    r: &mut Recorder<'_, '_>,
-    lights: &Lights<'_>,
-    gbuffer: &Gbuffer,
-    found: InPicture<'_>,
-    depth: &Handle,
-    radiance: Handle,
-) -> Result<Handle, ProgramError> {
-    let is_apart = !lights.adds_ambient(r) && !r.view.counts_pairs();
-    let radiance = if is_apart { indirect::record(r, gbuffer, found, depth, radiance)? } else { radiance };
-    direct::record(r, lights, gbuffer, found, depth, radiance)
-}
-
-/// The picture of a fisheye, of those of all sides; it has no G-buffer, and nothing looks at its depth.
-///
-/// # Errors
-/// A program that does not compile, or declares what nobody binds.
-pub(crate) fn fisheye_passes(
-    r: &mut Recorder<'_, '_>,
-    lens: &FisheyeLens,
-    sample: (u32, u32),
-    faces: Vec<fisheye::FaceRadiance>,
-) -> Result<ViewOutputs, ProgramError> {
-    let radiance = fisheye::record(r, lens, sample, faces)?;
-    let depth = r.texture("depth", wgpu::TextureFormat::Depth32Float);
-    Ok(ViewOutputs {
-        radiance,
-        depth,
-        gbuffer: None,
-        emission: None,
-        ids: None,
-        motion: None,
-        occlusion: None,
-        occlusion_screen: None,
-        tint: None,
-    })
-}
-
 /// The numbers of pairs that the same lighting visits, in place of light, of a view that counts them: visited, shaded,
 /// in range and passed over, to be added up over all texels. What light is computed for are pixels of opaque surfaces,
 /// or where these are lit as they are drawn all of their fragments, or vertices; and those of blended surfaces.
@@ -622,75 +474,4 @@ pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Hand
         }
     };
     Ok(translucent_passes(r, settings, pairs, depth)?.radiance)
-}
-
-/// The variables of the frame in a view of their own, for pictures that are shaded at another size: all that is known
-/// of surfaces before light reaches them.
-///
-/// # Errors
-/// A program that does not compile, or declares what nobody binds.
-pub fn variable_passes(
-    r: &mut Recorder<'_, '_>,
-    settings: &Settings,
-    variables: &Variables,
-) -> Result<ViewOutputs, ProgramError> {
-    let (outputs, gbuffer) = surface_passes(r, settings, variables, false)?;
-    Ok(ViewOutputs { gbuffer: Some(gbuffer), ..outputs })
-}
-
-/// The G-buffer and the passes that variables need; `radiance` holds emission so far. `fills_background` is as for
-/// [`geometry::record`].
-fn surface_passes(
-    r: &mut Recorder<'_, '_>,
-    settings: &Settings,
-    variables: &Variables,
-    fills_background: bool,
-) -> Result<(ViewOutputs, Gbuffer), ProgramError> {
-    let begun = begin_depth(r)?;
-    let geometry = geometry::record(r, begun, fills_background)?;
-    let linear_depth = linear_depth::record(r, "linear_depth", &geometry.depth)?;
-    let radiance = geometry.radiance.map_or_else(|| coverage::record(r, &geometry.depth), Ok)?;
-    let gbuffer =
-        Gbuffer { base_color: geometry.base_color, normal: geometry.normal, material: geometry.material, linear_depth };
-    let wanted = variables.passes;
-    let emission = wanted.emission.then(|| emission::record(r, &radiance)).transpose()?;
-    let ids = wanted.ids.then(|| ids::record(r, &geometry.depth)).transpose()?;
-    let step = variables.camera_step.as_ref();
-    let motion = wanted.motion.then(|| motion::record(r, &geometry.depth, step)).transpose()?;
-    let seen = occlusion::Seen { normal: &gbuffer.normal, linear_depth: &gbuffer.linear_depth, depth: &geometry.depth };
-    let occlusion_screen =
-        wanted.occlusion_screen.then(|| occlusion::record_variable(r, &settings.occlusion, seen)).transpose()?;
-    let outputs = ViewOutputs {
-        radiance,
-        depth: geometry.depth,
-        gbuffer: None,
-        emission,
-        ids,
-        motion,
-        occlusion: None,
-        occlusion_screen,
-        tint: None,
-    };
-    Ok((outputs, gbuffer))
-}
-
-/// What a view records for variables alone.
-#[derive(Clone, Copy, Debug, Default)]
-pub struct Variables {
-    /// Which passes.
-    pub passes: AovPasses,
-    /// From where to where the camera moved, if there is a previous frame.
-    pub camera_step: Option<CameraStep>,
-    /// Whether occlusion is found for an effect, too.
-    pub reads_occlusion: bool,
-}
-
-impl Variables {
-    /// What one of the two wants.
-    pub fn and(mut self, other: &Self) -> Self {
-        self.passes.motion |= other.passes.motion;
-        self.passes.ids |= other.passes.ids;
-        self.reads_occlusion |= other.reads_occlusion;
-        self
-    }
 }

@@ -2,6 +2,7 @@
 //! transform, and what is drawn over all of it.
 
 use crate::effect::{self, Effect, EffectStage, FrameTextures};
+use crate::fisheye::FisheyeLens;
 use crate::gbuffer::{Gbuffer, RADIANCE, ViewOutputs};
 use crate::overlay::draw::OverlayDraw;
 use crate::passes::accumulate::Part;
@@ -9,13 +10,38 @@ use crate::passes::present::Target;
 use crate::passes::tone_map::ToneMapSettings;
 use crate::passes::upscale::UpscaleMethod;
 use crate::passes::{
-    accumulate, adaptive, debug, forward, meter, nearest, overlay, present, scrub, taa, tone_map, upscale,
+    accumulate, adaptive, debug, fisheye, forward, meter, nearest, overlay, present, scrub, taa, tone_map, upscale,
 };
 use crate::record::Recorder;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use manypass_graph::{Handle, TextureDesc};
 use std::sync::Arc;
+
+/// The picture of a fisheye, of those of all sides; it has no G-buffer, and nothing looks at its depth.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub(crate) fn fisheye_passes(
+    r: &mut Recorder<'_, '_>,
+    lens: &FisheyeLens,
+    sample: (u32, u32),
+    faces: Vec<fisheye::FaceRadiance>,
+) -> Result<ViewOutputs, ProgramError> {
+    let radiance = fisheye::record(r, lens, sample, faces)?;
+    let depth = r.texture("depth", wgpu::TextureFormat::Depth32Float);
+    Ok(ViewOutputs {
+        radiance,
+        depth,
+        gbuffer: None,
+        emission: None,
+        ids: None,
+        motion: None,
+        occlusion: None,
+        occlusion_screen: None,
+        tint: None,
+    })
+}
 
 /// Anti-aliasing by the frames before, where those follow each other.
 ///
