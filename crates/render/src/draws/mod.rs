@@ -3,6 +3,7 @@
 mod ball;
 mod clouds;
 mod deformation;
+mod drawn;
 mod extent;
 mod glass;
 mod leveled;
