@@ -10,6 +10,7 @@ mod file;
 mod header;
 mod library;
 mod running;
+mod uniforms;
 
 pub use file::SimulationFile;
 pub(crate) use running::{Moving, Running};

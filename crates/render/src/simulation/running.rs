@@ -1,11 +1,12 @@
 //! A simulation that runs: its states, and how they become the next ones.
 
 use super::compiled::{Compiled, CompiledPass, PICTURE, STATE, compiled};
+use super::uniforms::{BodyUniform, Seen, SimulationUniform, uniform_buffer};
 use super::{CELLS_WRITTEN_MAX, NUMBER_MAX, STEPS_MAX, SimulationFile, SimulationProgress, SimulationReport};
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::shader::program::ProgramError;
-use glam::{IVec2, Mat4, Vec2, Vec3};
-use manypass_scene::simulation::{BODIES_MAX, Body, Place, RATE_HZ_MAX, SEEN_SIDE, SeenSurfaces, Simulation};
+use glam::{IVec2, Vec2};
+use manypass_scene::simulation::{BODIES_MAX, Body, Place, RATE_HZ_MAX, SeenSurfaces, Simulation};
 use std::collections::{BTreeMap, HashMap};
 
 /// After so many steps the device is waited for, so that it is never far behind.
@@ -17,94 +18,6 @@ const BYTES_MAX: u64 = 2 << 30;
 /// By how much of a step, and of all of them, a time may be too early, because it is a number of 32 bits.
 const ROUNDING_STEPS: f64 = 1e-3;
 const ROUNDING: f64 = 1e-7;
-
-/// What a simulation knows of its bodies at a step.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-struct BodyUniform {
-    middle_m: Vec3,
-    radius_m: f32,
-    half_m: Vec3,
-    is_wall: f32,
-    before_m: Vec3,
-    padding: f32,
-}
-
-/// The uniform of `prelude.wgsl`; a test compares the two layouts.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-struct SimulationUniform {
-    cells: IVec2,
-    cell_m: Vec2,
-    step: u32,
-    step_secs: f32,
-    time_secs: f32,
-    seed: u32,
-    body_count: u32,
-    padding_a: u32,
-    padding_b: Vec2,
-    bodies: [BodyUniform; BODIES_MAX],
-    world_from_place: Mat4,
-}
-
-/// The uniform of `surfaces.wgsl`; a test compares the two layouts.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
-struct SeenUniform {
-    view_from_world: Mat4,
-    half_extent: Vec2,
-    is_orthographic: f32,
-    is_there: f32,
-}
-
-/// What a camera of the scene sees, for simulations that read it.
-#[derive(Debug)]
-struct Seen {
-    uniform: wgpu::Buffer,
-    surfaces: wgpu::TextureView,
-}
-
-impl Seen {
-    fn new(gpu: &Gpu, seen: Option<&SeenSurfaces>) -> Self {
-        let side = if seen.is_some() { SEEN_SIDE } else { 1 };
-        let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
-        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("surfaces"),
-            size,
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: STATE,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
-        let uniform = uniform_buffer(gpu, &SeenUniform::default());
-        let made = Self { uniform, surfaces: texture.create_view(&Default::default()) };
-        made.write(gpu, seen);
-        made
-    }
-
-    /// Replaces what is seen, by as much as there was.
-    fn write(&self, gpu: &Gpu, seen: Option<&SeenSurfaces>) {
-        let texture = self.surfaces.texture();
-        let side = texture.width();
-        let nothing = [[0.0, 1.0, 0.0, f32::INFINITY]];
-        let texels = seen.map_or(&nothing[..], |seen| &seen.texels);
-        let is_there = seen.filter(|_| texels.len() == (side * side) as usize);
-        let uniform = is_there.map(|seen| SeenUniform {
-            view_from_world: seen.view_from_world,
-            half_extent: seen.half,
-            is_orthographic: if seen.is_orthographic { 1.0 } else { 0.0 },
-            is_there: 1.0,
-        });
-        gpu.queue.write_buffer(&self.uniform, 0, bytemuck::bytes_of(&uniform.unwrap_or_default()));
-        if is_there.is_some() {
-            let layout =
-                wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(16 * side), rows_per_image: Some(side) };
-            gpu.queue.write_texture(texture.as_image_copy(), bytemuck::cast_slice(texels), layout, texture.size());
-        }
-    }
-}
 
 /// Where a simulation is, and what moves through it.
 pub(crate) struct Moving<'s> {
@@ -493,17 +406,6 @@ fn bytes_of((width, height): (u32, u32), states: usize, pictures: usize) -> u64 
     2 * 16 * cells * states as u64 + 8 * cells * 4 / 3 * pictures as u64
 }
 
-fn uniform_buffer<T: bytemuck::NoUninit>(gpu: &Gpu, value: &T) -> wgpu::Buffer {
-    let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("simulation"),
-        size: size_of::<T>() as u64,
-        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-        mapped_at_creation: false,
-    });
-    gpu.queue.write_buffer(&buffer, 0, bytemuck::bytes_of(value));
-    buffer
-}
-
 fn begin_pass<'e>(
     encoder: &'e mut wgpu::CommandEncoder,
     view: &wgpu::TextureView,
@@ -546,35 +448,4 @@ fn bind(
         layout: &pass.layout,
         entries: &entries,
     })
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::mem::offset_of;
-
-    #[test]
-    fn the_uniforms_have_one_layout() {
-        let file = SimulationFile::of_program(&Simulation::built_in("a", "particles").program).expect("built in");
-        let members = |name: &str| {
-            let of_name = |(_, ty): &(_, &naga::Type)| ty.name.as_deref() == Some(name);
-            let (_, ty) = file.module.types.iter().find(of_name).expect("declared");
-            let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
-            let members =
-                members.iter().map(|member| (member.name.clone().unwrap_or_default(), member.offset as usize));
-            (members.collect::<Vec<_>>(), *span as usize)
-        };
-        macro_rules! layout {
-            ($type:ty, $($field:ident),+) => {
-                (vec![$((stringify!($field).to_owned(), offset_of!($type, $field))),+], size_of::<$type>())
-            };
-        }
-        assert_eq!(members("Body"), layout!(BodyUniform, middle_m, radius_m, half_m, is_wall, before_m, padding));
-        #[rustfmt::skip]
-        let expected = layout!(
-            SimulationUniform, cells, cell_m, step, step_secs, time_secs, seed, body_count, padding_a, padding_b, bodies, world_from_place
-        );
-        assert_eq!(members("Simulation"), expected);
-        assert_eq!(members("Seen"), layout!(SeenUniform, view_from_world, half_extent, is_orthographic, is_there));
-    }
 }
