@@ -157,11 +157,7 @@ impl Batch<'_> {
             lens.focus_m = focus_m(scene, framing, look, &camera);
         }
         let compiled_ms = self.renderer.compile_ms();
-        if coverage::is_empty(&mut self.renderer, scene, &request).map_err(failed)? {
-            let warning = ["the picture is empty: no surface is in view".to_owned()];
-            self.warn(&item.input.name(), &warning)?;
-            warnings.extend(warning);
-        }
+        warnings.extend(self.warn_of_nothing(item, scene, &request)?);
         let shows_passes = job.dump_passes.is_some() || job.contact_sheet.is_some();
         let renderer = &mut self.renderer;
         let budget = memory::budget(job, &request, &renderer.gpu().adapter, shows_passes, self.report.is_some())?;
@@ -215,6 +211,21 @@ impl Batch<'_> {
             scrubbed_pixels: None,
             warnings,
         })
+    }
+
+    /// Warns where no surface is in view; gives the warning.
+    fn warn_of_nothing(
+        &mut self,
+        item: &Item,
+        scene: &Scene,
+        request: &FrameRequest,
+    ) -> Result<Option<String>, Failure> {
+        if !coverage::is_empty(&mut self.renderer, scene, request).map_err(failed)? {
+            return Ok(None);
+        }
+        let warning = "the picture is empty: no surface is in view".to_owned();
+        self.warn(&item.input.name(), std::slice::from_ref(&warning))?;
+        Ok(Some(warning))
     }
 
     /// Writes the pictures of all passes where they are asked for; gives the paths of the contact sheet and of those
