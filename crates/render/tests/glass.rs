@@ -10,7 +10,7 @@ use glam::{Quat, Vec3, Vec4};
 use manypass::gpu::Floor;
 use manypass::{Background, Exposure, FrameRequest, Gpu, Path, PixelSamples, Renderer};
 use manypass_scene::material::{Mapped, Specular, Volume};
-use manypass_scene::{Material, Node, Primitive, Projection, Scene, ShadingModel, primitives};
+use manypass_scene::{Aabb, Material, Node, Primitive, Projection, Scene, ShadingModel, primitives};
 use manypass_testkit::build::{SceneBuilder, at};
 use std::f32::consts::FRAC_PI_2;
 
@@ -119,6 +119,49 @@ fn through_slab(ray: Vec3, half_m: Vec3, rotation: Quat) -> Option<Vec3> {
     (is_in(enters) && is_in(leaves)).then(|| at_height(rotation * leaves, ray, CARD_Z_M))
 }
 
+/// A body whose front is flat and whose back is a roof: its ridge is the line x = 0 at this height, and its faces rise
+/// from there at an angle towards the eye.
+const RIDGE_Z_M: f32 = -0.6;
+const SLOPE_RAD: f32 = 0.576;
+const ROOF_FRONT_Z_M: f32 = 0.2;
+
+fn roof() -> Primitive {
+    const HALF_M: f32 = 0.8;
+    let eaves_z_m = RIDGE_Z_M + HALF_M * SLOPE_RAD.tan();
+    let mut roof = Primitive::default();
+    let mut face = |normal: Vec3, [from, to]: [[f32; 2]; 2]| {
+        let first = roof.positions.len() as u32;
+        let corners = [(from, -HALF_M), (to, -HALF_M), (to, HALF_M), (from, HALF_M)];
+        roof.positions.extend(corners.map(|([x, z], y)| [x, y, z]));
+        roof.normals.extend([normal.to_array(); 4]);
+        roof.indices.extend([0, 1, 2, 0, 2, 3].map(|corner| first + corner));
+    };
+    let (sine, cosine) = SLOPE_RAD.sin_cos();
+    face(Vec3::Z, [[-HALF_M, ROOF_FRONT_Z_M], [HALF_M, ROOF_FRONT_Z_M]]);
+    face(Vec3::X, [[HALF_M, ROOF_FRONT_Z_M], [HALF_M, eaves_z_m]]);
+    face(Vec3::new(sine, 0.0, -cosine), [[HALF_M, eaves_z_m], [0.0, RIDGE_Z_M]]);
+    face(Vec3::new(-sine, 0.0, -cosine), [[0.0, RIDGE_Z_M], [-HALF_M, eaves_z_m]]);
+    face(Vec3::NEG_X, [[-HALF_M, eaves_z_m], [-HALF_M, ROOF_FRONT_Z_M]]);
+    roof.bounds = Aabb::from_points(roof.positions.iter().copied().map(Vec3::from));
+    roof
+}
+
+/// Where a ray through the middle of the roof meets the card if it leaves by its left face, and by its right one.
+fn through_roof(ray: Vec3, node: &Node) -> Option<[Vec3; 2]> {
+    let back = node.rotation.inverse();
+    let (origin, local) = (back * (EYE - node.translation), back * ray);
+    let enters = at_height(origin, local, ROOF_FRONT_Z_M);
+    let inside = bent(local, Vec3::Z, 1.0 / IOR);
+    let (sine, cosine) = SLOPE_RAD.sin_cos();
+    let leaving_by = |side: f32| {
+        let normal = Vec3::new(side * sine, 0.0, -cosine);
+        let leaves = enters + inside * ((Vec3::Z * RIDGE_Z_M - enters).dot(normal) / inside.dot(normal));
+        let direction = node.rotation * bent(inside, -normal, IOR);
+        at_height(node.translation + node.rotation * leaves, direction, CARD_Z_M)
+    };
+    (enters.x.abs() < 0.3 && enters.y.abs() < 0.5).then(|| [-1.0, 1.0].map(leaving_by))
+}
+
 /// Compares where rays of a picture meet the card with where they should; gives how many are compared, and by how much
 /// they are beside the straight ones at least and at most.
 fn compare(found: &[f32], side: u32, what: &str, expected: impl Fn(Vec3) -> Option<Vec3>) -> (u32, [f32; 2]) {
@@ -190,6 +233,27 @@ fn a_slab_shifts_what_lies_behind() {
     let found = radiance_of(&mut renderer, &scene, &request(&scene, side));
     let straight = |ray: Vec3| through_slab(ray, half_m, rotation).map(|_| at_height(EYE, ray, CARD_Z_M));
     assert!(compare(&found, side, "thin", straight).0 > 100);
+}
+
+#[test]
+fn where_two_backs_meet_one_of_them_bends_the_ray() {
+    let side = 64;
+    let mut renderer = renderer();
+    // Beside the middle and turned, so that rays meet the back anywhere between the middles of pixels.
+    let node = Node { rotation: Quat::from_rotation_z(0.15), ..at(Vec3::X * 0.57) };
+    let scene = before_card(roof(), glass(CLEAR, 0.5), node.clone());
+    let found = radiance_of(&mut renderer, &scene, &request(&scene, side));
+    let mut counts = [0; 2];
+    for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
+        let Some(expected) = through_roof(ray(x, y, side), &node) else { continue };
+        let found = place_of(&found[4 * (y * side + x) as usize..]);
+        let off_m = expected.map(|expected| found.distance(expected));
+        let face = usize::from(off_m[1] < off_m[0]);
+        // A mean of both was up to 0.3 m beside, in every tenth of these pixels.
+        assert!(off_m[face] < 0.03, "pixel {x}, {y}: {found}, neither of {expected:?}");
+        counts[face] += 1;
+    }
+    assert!(counts.iter().all(|count| *count > 50), "{counts:?}");
 }
 
 /// Balls one behind the other before a white card, or before nothing, in this order of nodes: their middles, their

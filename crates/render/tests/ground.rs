@@ -4,10 +4,10 @@
 
 mod common;
 
+use common::ground::{encoded, linear, product_shot, scene_of};
 use common::renderer;
 use glam::{Mat4, Quat, Vec2, Vec3};
 use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Ground, Path, Renderer, Tonemap, View};
-use manypass_scene::framing::{Framing, orbit_rotation};
 use manypass_scene::material::Specular;
 use manypass_scene::{
     AlphaMode, EnvironmentMap, Light, LightKind, Mapped, Material, Mesh, Node, Primitive, Projection, Scene, primitives,
@@ -21,16 +21,6 @@ const HEIGHT_M: f32 = 8.0;
 /// A sphere of 1 m over the origin of the ground.
 fn scene(middle_m: f32) -> Scene {
     scene_of(primitives::uv_sphere(1.0, 48, 24), middle_m)
-}
-
-fn scene_of(shape: Primitive, middle_m: f32) -> Scene {
-    let mut scene = Scene::default();
-    scene.materials.push(Material::default());
-    let shape = Primitive { material: Some(0), ..shape };
-    scene.meshes.push(Mesh { primitives: vec![shape], ..Mesh::default() }.into());
-    scene.add_node(None, Node { mesh: Some(0), translation: Vec3::new(0.0, middle_m, 0.0), ..Node::default() });
-    scene.update_transforms();
-    scene
 }
 
 /// From above, or from below: +X is on the right.
@@ -192,20 +182,6 @@ fn the_studio_has_one_shadow_on_its_own() {
         renderer.stats().draws
     });
     assert!(draws[0] == draws[1], "{draws:?}");
-}
-
-/// The request of a product shot on white: all of the scene, from a yaw and a pitch in degrees, by a camera that stands
-/// where the automatic one would.
-fn product_shot(scene: &Scene, (width, height): (u32, u32), [yaw_deg, pitch_deg]: [f32; 2]) -> FrameRequest {
-    let framing = Framing::of_scene(scene);
-    let rotation = orbit_rotation(yaw_deg, pitch_deg, Vec3::Y);
-    let lens = Projection::Perspective { fov_y_rad: std::f32::consts::FRAC_PI_4, near_m: 0.01, far_m: None };
-    let fit = framing.turning(framing.center_world(), Vec3::Y);
-    let eye = fit.eye(rotation, lens.half_extent(width as f32 / height as f32));
-    let mut request = FrameRequest::of_scene(scene, width, height);
-    request.camera = View { world_from_view: Mat4::from_rotation_translation(rotation, eye), projection: lens };
-    request.settings.background.source = Background::Color([1.0; 3]);
-    request
 }
 
 /// How far the pixels of the border, and of all of the picture without surfaces, are from white.
@@ -391,50 +367,6 @@ fn the_shadow_does_not_jump_on_a_turntable() {
         let next = shadows[(frame + 1) % shadows.len()];
         assert!((next - shadow).abs() < most, "frame {frame}: {shadow}, then {next}");
     }
-}
-
-fn linear(byte: u8) -> f32 {
-    let c = f32::from(byte) / 255.0;
-    if c <= 0.04045 { c / 12.92 } else { ((c + 0.055) / 1.055).powf(2.4) }
-}
-
-fn encoded(linear: f32) -> f32 {
-    255.0 * if linear <= 0.003_130_8 { linear * 12.92 } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
-
-/// What is left of the samples of the map, against the smooth surface through 5 × 5 pixels (Savitzky and Golay 1964).
-#[test]
-fn the_noise_of_a_shadow_is_less_than_a_level() {
-    let (mut renderer, side) = (renderer(), 320usize);
-    let scene = scene(1.0);
-    let shot = product_shot(&scene, (320, 320), [30.0, 28.0]).with(|settings| {
-        settings.background.source = Background::Transparent;
-        settings.ground.mode = Ground::Shadow;
-    });
-    renderer.render(&scene, &FrameRequest { averaging: Averaging::Both, ..shot }).unwrap();
-    let radiance = renderer.read_radiance().unwrap();
-    let pixel = |x: usize, y: usize| &radiance[4 * (y * side + x)..][..4];
-    // Over white.
-    let level = |x: usize, y: usize| encoded(1.0 - pixel(x, y)[3]);
-    let is_ground = |x: usize, y: usize| pixel(x, y)[..3].iter().all(|value| *value < 1e-4) && pixel(x, y)[3] < 0.95;
-    let (mut count, mut least, mut most) = (0, 0.0f32, 0.0f32);
-    for (x, y) in (3..side - 3).flat_map(|y| (3..side - 3).map(move |x| (x, y))) {
-        // Where the shadow touches the ball it bends within few pixels.
-        let is_soft = (220.0..254.9).contains(&level(x, y));
-        if !is_soft || !(y - 3..=y + 3).all(|y| (x - 3..=x + 3).all(|x| is_ground(x, y))) {
-            continue;
-        }
-        let weighed = |at: u8| {
-            let [i, j] = [at % 5, at / 5];
-            let [across, down] = [i, j].map(|step| f32::from(step) - 2.0);
-            let weight = (27.0 - 5.0 * (across * across + down * down)) / 175.0;
-            weight * level(x + usize::from(i) - 2, y + usize::from(j) - 2)
-        };
-        let off = level(x, y) - (0..25u8).map(weighed).sum::<f32>();
-        (count, least, most) = (count + 1, least.min(off), most.max(off));
-    }
-    assert!(count > 3000, "{count} pixels to look at");
-    assert!(most - least <= 0.3, "from {least} to {most} levels");
 }
 
 /// A ball whose shadow lies on its right, and a pane of a material before that, along the light so that it casts no

@@ -35,6 +35,8 @@ const SLOPE_MIN: f32 = 0.3;
 const RATE_SIDEWAYS: f32 = 0.1;
 // What is nearer than this share of the distance of a body's back is in the body, or before it.
 const WITHIN_SHARE: f32 = 0.999;
+// Backs whose normals are 60° apart are two. Texels beside each other on a ball of 8 pixels are less than that apart.
+const BACK_LIKENESS_MIN: f32 = 0.5;
 // A ray that meets nothing goes so many times as far as the body is away: what is infinitely far away is seen as if it
 // was there, beside its place by a 64th of the angle that the body is wide.
 const FARTHEST: f32 = 64.0;
@@ -94,16 +96,22 @@ fn axis_rate(direction_world: vec3f) -> f32 {
 }
 
 // The normal of the back between four texels, of which those count where there is one; (0, 0, 0) where there is none.
+// Where two backs meet, or one ends before another, that of the nearest texel counts: a mean of the two bends rays as
+// neither does, which was a dashed line along every such edge.
 fn back_normal_at(uv: vec2f) -> vec3f {
     let place = uv * view.size_px - 0.5;
     let first = floor(place);
     let f = place - first;
+    let nearest = body_texel(uv * view.size_px);
+    let nearest_normal = direction_from_octahedral(nearest.xy);
     var sum = vec3f(0.0);
     for (var i = 0u; i < CORNERS; i++) {
         let corner = vec2f(f32(i % 2u), f32(i / 2u));
         let texel = body_texel(first + corner);
         let share = mix(1.0 - f, f, corner);
-        sum += select(0.0, share.x * share.y, texel.z > 0.0) * direction_from_octahedral(texel.xy);
+        let normal = direction_from_octahedral(texel.xy);
+        let is_alike = (nearest.z <= 0.0) | (dot(normal, nearest_normal) > BACK_LIKENESS_MIN);
+        sum += select(0.0, share.x * share.y, (texel.z > 0.0) & is_alike) * normal;
     }
     return sum * inverseSqrt(max(dot(sum, sum), 1e-30));
 }

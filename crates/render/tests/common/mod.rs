@@ -4,6 +4,7 @@
 
 pub mod files;
 pub mod flat;
+pub mod ground;
 pub mod levels;
 pub mod shadows;
 pub mod skies;
