@@ -42,6 +42,12 @@ impl Taken {
         is_dark.then(|| format!("{percent} % of what is seen of the model is darker than 16 of 255: {flags}"))
     }
 
+    /// What lights of the scene are multiplied by, in stops.
+    fn lamp_stops(&self) -> f32 {
+        let metering = self.metering.filter(|_| matches!(self.exposure, Exposure::Auto { .. }));
+        metering.map_or(0.0, |metering| metering.lamp_stops)
+    }
+
     /// What the report says of it, and of what a picture adapted to.
     pub fn report(&self, adapted_stops: Option<f32>) -> Value {
         json!({
@@ -49,6 +55,7 @@ impl Taken {
             "mode": self.exposure.mode(),
             "stops": self.exposure.stops(self.metering.as_ref()),
             "log_average_luminance": self.metering.and_then(|metering| metering.log_average_luminance),
+            "lamp_stops": self.lamp_stops(),
             "pre_exposure_stops": self.metering.map(|metering| metering.pre_exposure_stops),
         })
     }

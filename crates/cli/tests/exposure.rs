@@ -181,6 +181,26 @@ fn presets_are_whole_sets_and_flags_come_after_them() {
 }
 
 #[test]
+fn by_day_lamps_of_a_model_file_are_weak_and_those_of_a_stage_as_they_are() {
+    if !has_adapter() {
+        return;
+    }
+    let folder = Folder::new("exposure-lamps-by-day");
+    folder.write("lamp.gltf", lamp(4e4).as_bytes());
+    folder.write("s.stage.toml", b"model = \"lamp.gltf\"\n");
+    let stops = |input: &str, more: &[&str]| {
+        let common = ["render", input, "--size", "16x16", "--samples", "1", "-o", "p.png", "--report", "r.json"];
+        run_in(&folder, &[&common, more].concat()).expect(0);
+        report(&folder, "r.json").remove(0)["exposure"]["lamp_stops"].as_f64()
+    };
+    assert_eq!(stops("lamp.gltf", &["--environment", "sky"]), Some(-15.0));
+    assert_eq!(stops("lamp.gltf", &["--environment", "sky", "--environment-intensity", "32768"]), Some(0.0));
+    assert_eq!(stops("lamp.gltf", &["--environment", "sky", "--exposure", "1"]), Some(0.0));
+    assert_eq!(stops("lamp.gltf", &[]), Some(0.0));
+    assert_eq!(stops("s.stage.toml", &["--environment", "sky"]), Some(0.0));
+}
+
+#[test]
 fn a_picture_of_one_tone_says_so_once_a_sequence() {
     if !has_adapter() {
         return;

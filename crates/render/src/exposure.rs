@@ -11,6 +11,7 @@
 
 mod adaptation;
 mod anchor;
+mod lamps;
 mod settings;
 
 pub(crate) use anchor::{Anchor, HIGHLIGHT_SHARES, color_excess_stops, highlight_excess_stops};
@@ -147,6 +148,9 @@ pub struct Metering {
     /// What radiance is multiplied by, in stops, while it is in half floats, and divided by afterwards. A whole number,
     /// so that nothing is lost.
     pub pre_exposure_stops: i32,
+    /// What lights of the scene are multiplied by, in stops: below 0 for lamps of a model file by day, which are in
+    /// candela where 1 stands for thousands of cd/m² (docs/exposure.md).
+    pub lamp_stops: f32,
 }
 
 /// The level of the picture, in stops above mid grey, of light that is `stops` above it.
@@ -176,6 +180,7 @@ impl Metering {
             dark_share: 0.0,
             stops: (picture_level_stops(level) - level) as f32,
             pre_exposure_stops: wanted.min(room.max(wanted - PEAK_STOPS_MAX)).clamp(-100, 100),
+            lamp_stops: 0.0,
         }
     }
 }
@@ -200,10 +205,12 @@ impl FrameRequest {
         matches!(exposure, Exposure::Auto { .. }) || has_fill || self.averages_radiance()
     }
 
-    /// Puts `exposure` and what was metered into the request.
+    /// Puts `exposure` and what was metered into the request. Under a given exposure lamps are as they are.
     pub fn expose(&mut self, exposure: Exposure, metering: Option<Metering>) {
+        let is_auto = matches!(exposure, Exposure::Auto { .. });
+        let lamps = |metering: Metering| if is_auto { metering.lamp_stops } else { 0.0 };
         self.settings.exposure.stops = exposure;
-        self.metering = metering;
+        self.metering = metering.map(|metering| Metering { lamp_stops: lamps(metering), ..metering });
     }
 
     /// Radiance is multiplied by 2 to the power of this for the picture; 0 leaves it as it is.

@@ -166,3 +166,36 @@ fn a_pale_model_in_a_low_sun_is_not_white() {
     let share = white_share(&mut renderer, &scene, &request);
     assert!(share > 0.2, "the test shows nothing: {share}");
 }
+
+#[test]
+fn lamps_of_a_file_do_not_outshine_the_day() {
+    let mut renderer = renderer();
+    let plain = cube_in(sunny(), Vec3::splat(0.5));
+    let lamp = Scene { lights_are_photometric: true, ..with_lamp(plain.clone(), 50_000.0) };
+    let of = |scene: &Scene, source: Environment| {
+        whole(scene).with(|settings| {
+            settings.environment.source = source;
+            settings.background.source = manypass::Background::Transparent;
+        })
+    };
+    for source in [Environment::File, Environment::Sky] {
+        let (unlit, _) = exposed(&mut renderer, &plain, of(&plain, source));
+        let (day, metering) = exposed(&mut renderer, &lamp, of(&lamp, source));
+        // It gives less than a fifth of what the sun does.
+        assert!((day - unlit).abs() < 0.3 && metering.lamp_stops == -15.0, "{day} and {unlit}: {metering:?}");
+        let mut request = of(&lamp, source);
+        renderer.expose(&lamp, &mut request, Exposure::Scene).unwrap();
+        let share = white_share(&mut renderer, &lamp, &request);
+        assert!(share < 0.05, "{share} of the model is white");
+        // Given an exposure the lamp is as it is, and so is one that was put there by code.
+        renderer.expose(&lamp, &mut request, Exposure::Stops(day as f32)).unwrap();
+        assert!(white_share(&mut renderer, &lamp, &request) > 0.2, "the test shows nothing");
+        let by_code = Scene { lights_are_photometric: false, ..lamp.clone() };
+        let (_, metering) = exposed(&mut renderer, &by_code, of(&by_code, source));
+        assert_eq!(metering.lamp_stops, 0.0);
+    }
+    // At night it lights.
+    let at_night = of(&lamp, Environment::Sky).with(|settings| settings.environment.sun_elevation_deg = -12.0);
+    let (lit, metering) = exposed(&mut renderer, &lamp, at_night);
+    assert!((lit - of_surfaces(&metering)).abs() < 1e-4, "{lit}: {metering:?}");
+}

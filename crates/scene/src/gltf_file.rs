@@ -346,6 +346,7 @@ async fn load(
     scene.surroundings = surroundings::read_surroundings(&mut document)?;
     scene.cameras = node::read_cameras(&mut document)?;
     scene.lights = node::read_lights(&mut document)?;
+    scene.lights_are_photometric = true;
     node::read_nodes(&mut document, &mut scene)?;
     levels::of_nodes(&mut document, &mut scene)?;
     node::read_skins(&mut document, &mut scene)?;

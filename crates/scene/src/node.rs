@@ -201,6 +201,9 @@ pub struct Scene {
     pub images: Vec<Image>,
     /// Lights.
     pub lights: Vec<Light>,
+    /// Whether lights are those of a model file, in candela and lux; those of stages and of scenes made by code are set
+    /// by eye in the picture.
+    pub lights_are_photometric: bool,
     /// Cameras.
     pub cameras: Vec<Camera>,
     /// Skins.

@@ -21,7 +21,7 @@ use tables::{Scattered, Tables};
 pub const SKY_UNIT_NIT: f32 = 32_768.0;
 
 /// Sunlight above the air, in lux.
-const SUN_LUX: f64 = 128_000.0;
+pub const SUN_LUX: f64 = 128_000.0;
 
 /// Half the angle that the sun takes in the sky, in degrees.
 const SUN_RADIUS_DEG: f64 = 0.2667;

@@ -265,6 +265,7 @@ impl Stage {
         }
         // New lights come with nodes, which are none of the model's.
         lights::apply(&self.lights, &self.source, scene)?;
+        scene.lights_are_photometric = false;
         let over_picture: Vec<&str> = self.overlay.iter().filter_map(OverlayEntry::monitor).collect();
         for monitor in &self.monitors {
             monitor.apply(&self.source, scene, &over_picture, &mut warnings)?;

@@ -204,6 +204,14 @@ pub(crate) fn key_light() -> EnvironmentLight {
     })
 }
 
+/// The key of the studio where that is a fill: part of its light from everywhere, and no light of surfaces. The ground
+/// has its shadow.
+pub(crate) fn key_of_fill() -> EnvironmentLight {
+    let light = key_light();
+    // The fill is brighter by what makes up for the key.
+    EnvironmentLight { irradiance: light.irradiance / WITHOUT_KEY_LIGHT, ..light }
+}
+
 static TEXELS: OnceLock<Vec<[f16; 4]>> = OnceLock::new();
 
 /// Takes the texels from `cache`, or computes them, on one thread of its own, so that they are there when they are asked

@@ -2,8 +2,8 @@
 //!
 //! What the scene takes from it of light is a map of the plane, drawn when the scene or the light has changed and not
 //! in every frame (`passes/ground`). It has two causes: the parallel light that stands before the others (that of the
-//! environment, else the first of the scene, else the broad source of a picture), past what casts shadows; and light
-//! from everywhere, past what hangs over the plane. Lights at a place do not reach it.
+//! environment, else the first of the scene, else the broad source of a picture or the key of the faint studio), past
+//! what casts shadows; and light from everywhere, past what hangs over the plane. Lights at a place do not reach it.
 
 mod map;
 mod settings;
@@ -164,7 +164,7 @@ impl GroundLight {
         Some(Self { parallel, irradiance: Vec3::new(red, green, blue), is_from_everywhere: false })
     }
 
-    /// A broad source of a picture, turned and as strong as its environment is.
+    /// A source within the light from everywhere, turned and as strong as its environment is.
     pub fn of_broad_source(source: &EnvironmentLight, pre_exposure: f32) -> Self {
         let EnvironmentLight { direction, irradiance, half_angle_tan } = *source;
         let parallel = ParallelLight { direction, half_angle_tan, casts_shadows: true };

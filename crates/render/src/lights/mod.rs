@@ -57,6 +57,8 @@ const _: () = assert!(LIGHTS_PER_ROW == 256);
 pub struct TableOf {
     /// What intensities are multiplied by.
     pub pre_exposure: f32,
+    /// What those of the scene's lights are multiplied by beside that, and that of the environment is not; not 0.
+    pub lamp_scale: f32,
     /// (k, n): of the scene's lights only every n-th, beginning with the k-th.
     pub subset: Option<(u32, u32)>,
     /// The light of the environment, as it is turned and scaled; it is in every subset, as the rest of the environment
@@ -127,7 +129,8 @@ impl From<EnvironmentLight> for Source {
 
 /// The light of the environment, and those of the visible `nodes`.
 fn sources(scene: &Scene, nodes: &[NodeId], of: &TableOf) -> impl Iterator<Item = Source> {
-    let of_node = |id: &NodeId| {
+    let TableOf { lamp_scale, least, .. } = *of;
+    let of_node = move |id: &NodeId| {
         let node = scene.node(*id);
         let light = scene.lights.get(node.light?).filter(|light| light.mode != LightMode::Baked)?;
         let [z_axis, position] = [node.world_from_object.z_axis, node.world_from_object.w_axis].map(Vec4::truncate);
@@ -135,7 +138,7 @@ fn sources(scene: &Scene, nodes: &[NodeId], of: &TableOf) -> impl Iterator<Item 
             node: Some(*id),
             kind: light.kind,
             color_linear: light.color_linear,
-            intensity: light.intensity,
+            intensity: light.intensity * lamp_scale,
             range_m: light.range_m.filter(|range| *range > 0.0 && range.is_finite()),
             range_share: 1.0,
             radius_m: light.radius_m,
@@ -146,7 +149,6 @@ fn sources(scene: &Scene, nodes: &[NodeId], of: &TableOf) -> impl Iterator<Item 
     };
     let (k, n) = of.subset.map_or((0, 1), |(k, n)| (k, n.max(1)));
     let numbered = (0..LIGHTS_MAX).zip(nodes.iter().filter_map(of_node));
-    let least = of.least;
     let limited = move |source: Source| least.map_or(source, |least| source.limited(&least));
     let of_scene = numbered.filter(move |(number, _)| number % n == k).map(move |(_, source)| limited(source));
     of.environment.map(Source::from).into_iter().chain(of_scene)

@@ -6,6 +6,7 @@ use super::lit::World;
 use super::output::ViewState;
 use crate::draws::Tile;
 use crate::environment::Environment;
+use crate::environment::studio::key_of_fill;
 use crate::gpu::{Gpu, destroy};
 use crate::ground::{Ground, GroundLight, GroundMap, map_under, side_texels};
 use crate::record::InstanceTable;
@@ -55,8 +56,8 @@ impl Renderer {
         let (asked, state) = asked.iter().zip(states).find(has_ground)?;
         let of_table = state.lists.as_ref().and_then(|lists| GroundLight::of_table(&lists.table));
         let broad_source = if of_table.is_none() { self.broad_source_of(asked) } else { None };
-        let of_picture = light_of_broad_source(broad_source.as_ref(), &asked.request);
-        let light = of_table.or(of_picture).map(|GroundLight { mut parallel, .. }| {
+        let of_environment = light_in_environment(broad_source.as_ref(), &asked.request);
+        let light = of_table.or(of_environment).map(|GroundLight { mut parallel, .. }| {
             parallel.casts_shadows &= asked.request.settings.shadows.enabled;
             parallel
         });
@@ -94,9 +95,15 @@ fn has_picture(request: &FrameRequest) -> bool {
     request.settings.environment.source == Environment::File
 }
 
-/// The light of a broad source of a picture, for a view that has that picture as its environment.
-pub(super) fn light_of_broad_source(source: Option<&EnvironmentLight>, request: &FrameRequest) -> Option<GroundLight> {
-    let source = request.environment_light(source.filter(|_| has_picture(request))?)?;
+/// The light within that from everywhere whose shadow the ground has: a broad source of the picture that a view has as
+/// its environment, or the key of the faint studio.
+pub(super) fn light_in_environment(broad: Option<&EnvironmentLight>, request: &FrameRequest) -> Option<GroundLight> {
+    let light = match request.settings.environment.source {
+        Environment::File => *broad?,
+        Environment::Fill => key_of_fill(),
+        _ => return None,
+    };
+    let source = request.environment_light(&light)?;
     Some(GroundLight::of_broad_source(&source, request.pre_exposure()))
 }
 

@@ -160,6 +160,7 @@ impl Renderer {
         let known = kept.as_ref().map(|lists| &lists.table);
         let of_table = TableOf {
             pre_exposure: request.pre_exposure(),
+            lamp_scale: request.lamp_scale(),
             subset: request.light_subset,
             environment: asked.environment_light,
             // Of the camera, not of a sample's place in its lens: all samples have the same lights.

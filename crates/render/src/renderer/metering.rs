@@ -193,9 +193,13 @@ impl Renderer {
     /// As [`Self::render_async`].
     pub async fn meter_async(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Metering, RenderError> {
         let stats = self.stats.clone();
-        let metering = self.meter_frames(scene, &metered(&request.resolved(scene), longer_side_px(scene))).await;
+        let request = request.resolved(scene);
+        let lamp_stops = request.metered_lamp_stops(scene);
+        let mut small = metered(&request, longer_side_px(scene));
+        small.metering = Some(Metering { lamp_stops, ..Metering::default() });
+        let metering = self.meter_frames(scene, &small).await;
         self.stats = stats;
-        metering
+        metering.map(|metering| Metering { lamp_stops, ..metering })
     }
 
     /// Puts `exposure` into `request`, metering if that decides anything.
@@ -229,6 +233,7 @@ impl Renderer {
         *request = request.resolved(scene);
         let asked = ExposureSettings { stops: exposure, ..request.settings.exposure.clone() };
         let exposure = asked.resolved(scene, request.settings.environment.source);
+        request.settings.exposure.stops = exposure;
         let metering =
             if request.needs_metering(exposure) { Some(self.meter_async(scene, request).await?) } else { None };
         request.expose(exposure, metering);
@@ -241,7 +246,7 @@ impl Renderer {
         request: &FrameRequest,
         pre_exposure_stops: i32,
     ) -> Result<Reading, RenderError> {
-        let metering = Some(Metering { pre_exposure_stops, ..Metering::default() });
+        let metering = Some(Metering { pre_exposure_stops, ..request.metering.unwrap_or_default() });
         let mut purpose = Purpose::Meter(Vec::new());
         let request = FrameRequest { metering, ..request.clone() };
         self.run(scene, &[("", &request)], &mut purpose).await?;

@@ -2,7 +2,7 @@
 
 use super::asked::{Asked, ViewPart};
 use super::constants::constants_of;
-use super::ground::{FrameGround, light_of_broad_source};
+use super::ground::{FrameGround, light_in_environment};
 use super::lit::Lit;
 use super::output::{Output, Unsettled, ViewState};
 use super::shadows::{Atlas, contact_uniform, filter_uniform};
@@ -367,8 +367,8 @@ fn ground_of(asked: &Asked, ground: &FrameGround, table: &LightTable) -> Option<
     let settings = &request.settings;
     let keeps = is_picture && keeps_border(settings.environment.source, settings.background.source);
     let picture = keeps.then_some((&request.camera, size.0 as f32 / size.1 as f32));
-    let of_picture = || light_of_broad_source(broad_source.as_ref(), request);
-    let light = GroundLight::of_table(table).or_else(of_picture);
+    let of_environment = || light_in_environment(broad_source.as_ref(), request);
+    let light = GroundLight::of_table(table).or_else(of_environment);
     ViewGround::new(settings.ground.mode, (map, texture), light, picture)
 }
 
