@@ -66,9 +66,7 @@ fn sixteen_samples_of_many_points_take_at_most_four_times_what_one_takes() {
     folder.write("cloud.ply", Many::Points.text(100_000).as_bytes());
     // The driver keeps its compiled shaders, for all that follows.
     run_in(&folder, &["render", "cloud.ply", "-o", "a.png", "--size", "16x9", "-q"]).expect(0);
-    let take = |samples: &str| {
-        cpu_s(&folder, &["render", "cloud.ply", "-o", "a.png", "--samples", samples, "-q"], &[])
-    };
+    let take = |samples: &str| cpu_s(&folder, &["render", "cloud.ply", "-o", "a.png", "--samples", samples, "-q"], &[]);
     let (one_s, all_s) = (take("1"), take("16"));
     println!("{one_s:.2} s for one sample, {all_s:.2} s for 16");
     // 2.4 times, as measured; 3.2 times before samples left anything out.
