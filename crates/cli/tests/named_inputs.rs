@@ -4,8 +4,8 @@
 //! Left out are those of which only a picture tells, which other tests draw with inputs of their own, and what is
 //! packed (`.gz`) or made by a script: `crates/offline/tests/growth.rs` makes as large ones. Two are not as INDEX.md
 //! has them, for a reason: of the eight joints a vertex in `eight_joints_a_vertex.glb` the strongest four move it,
-//! which is warned of; and sunlight leaks along the edges of `sun_leaks_into_closed_two_sided_box.glb`, of which a
-//! picture tells.
+//! which is warned of; and sunlight leaks along the edges of `sun_leaks_into_closed_two_sided_box.glb`, whose
+//! sheets have no thickness: docs/shadows.md says so, and `crates/render/tests/shadow_leaks.rs` looks at it.
 
 mod common;
 

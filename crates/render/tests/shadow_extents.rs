@@ -203,22 +203,30 @@ fn mirrors_do_not_depend_on_the_extent_of_the_scene() {
     }
 }
 
+/// The box with a decal before it in the sun, all of it times `scale`; in fog of the same look.
+fn decal_in_fog(half_m: f32, scale: f32, change: impl Fn(&mut Settings)) -> Vec<[f32; 3]> {
+    let mut builder = box_on_ground(half_m, scale);
+    builder.light(light(LightKind::Directional, 3.0), Vec3::ZERO, Vec3::new(1.0, -0.9, 0.15));
+    let mut scene = builder.finish();
+    let look = DecalLook { color: Vec3::new(0.9, 0.1, 0.1), ..DecalLook::default() };
+    let mut decal = Decal::new("of a test", look);
+    decal.place(scale * Vec3::new(0.3, 0.0, 0.6), Vec3::NEG_Y, Vec3::NEG_Z, scale * Vec3::new(1.0, 1.0, 0.4));
+    scene.decals.push(decal);
+    picture(&scene, |settings| {
+        settings.fog.mode = FogMode::Exponential;
+        settings.fog.density_per_m = 0.2 / scale;
+        settings.fog.scale_height_m = 0.7 * scale;
+        settings.fog.scattering = 0.6;
+        change(settings);
+    })
+}
+
 #[test]
 fn fog_and_decals_are_those_of_the_scene_at_every_scale() {
     let seen = |scale: f32, is_foggy: bool| {
-        let mut builder = box_on_ground(15.0, scale);
-        builder.light(light(LightKind::Directional, 3.0), Vec3::ZERO, Vec3::new(1.0, -0.9, 0.15));
-        let mut scene = builder.finish();
-        let look = DecalLook { color: Vec3::new(0.9, 0.1, 0.1), ..DecalLook::default() };
-        let mut decal = Decal::new("of a test", look);
-        decal.place(scale * Vec3::new(0.3, 0.0, 0.6), Vec3::NEG_Y, Vec3::NEG_Z, scale * Vec3::new(1.0, 1.0, 0.4));
-        scene.decals.push(decal);
-        picture(&scene, |settings| {
+        decal_in_fog(15.0, scale, |settings| {
             settings.fog.mode = if is_foggy { FogMode::Exponential } else { FogMode::None };
-            settings.fog.density_per_m = 0.2 / scale;
-            settings.fog.scale_height_m = 0.7 * scale;
             settings.fog.far_m = 40.0 * scale;
-            settings.fog.scattering = 0.6;
         })
     };
     let plain = seen(1.0, true);
@@ -228,4 +236,20 @@ fn fog_and_decals_are_those_of_the_scene_at_every_scale() {
         let apart = count_apart(&plain, &seen(scale, true), 0.01);
         assert!(apart < 12, "× {scale}: {apart} pixels");
     }
+}
+
+/// The lower half of the picture ends some metres away; `fog.far_m` is at its default.
+#[test]
+fn fog_and_decals_beside_a_box_do_not_depend_on_the_extent_of_the_scene() {
+    let small = decal_in_fog(20.0, 1.0, |_| ());
+    let near = small.len() / 2;
+    for half_m in [1e3, 5e4] {
+        let large = decal_in_fog(half_m, 1.0, |_| ());
+        // 1.7e-4 and 6 pixels of 9,600, at edges of the box, on 100 km; next to nothing on 2 km.
+        let (apart, count) = (mean_apart(&small, &large), count_apart(&small[near..], &large[near..], 0.01));
+        assert!(apart < 1e-3 && count < 25, "{half_m} m: {apart}, {count} pixels");
+    }
+    // The test can fail: fog that is looked for over a part of its way.
+    let apart = mean_apart(&small, &decal_in_fog(5e4, 1.0, |settings| settings.fog.far_m = 0.5));
+    assert!(apart > 0.01, "{apart}");
 }

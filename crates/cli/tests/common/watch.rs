@@ -40,8 +40,14 @@ fn cpu(process: u32) -> Option<Duration> {
 
 /// Starts the program in `folder`, its standard error piped.
 pub fn start(folder: &Path, args: &[&str]) -> Child {
+    start_with(folder, args, &[])
+}
+
+/// The same with some variables of the environment.
+pub fn start_with(folder: &Path, args: &[&str], variables: &[(&str, &str)]) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_manypass"));
-    command.args(args).current_dir(folder).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
+    command.args(args).current_dir(folder).envs(variables.iter().copied());
+    command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::piped());
     command.spawn().expect("the program starts")
 }
 
