@@ -7,7 +7,7 @@ use manypass_graph::{ColorLoad, Graph, Handle};
 pub const BASE_COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8UnormSrgb;
 /// The format of `normal`: world normal, octahedral.
 pub const NORMAL: wgpu::TextureFormat = wgpu::TextureFormat::Rg16Uint;
-/// The format of `material`: metallic, perceptual roughness, reflectance, shading model.
+/// The format of `material`: metallic, perceptual roughness, reflectance, shading model with lift.
 pub const MATERIAL: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// The format of `radiance`: pre-exposed radiance, coverage.
 pub const RADIANCE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -21,7 +21,7 @@ pub struct Gbuffer {
     pub base_color: Handle,
     /// World normal.
     pub normal: Handle,
-    /// Metallic, roughness, reflectance, shading model.
+    /// Metallic, roughness, reflectance, shading model with lift.
     pub material: Handle,
     /// Metres along the view axis.
     pub linear_depth: Handle,

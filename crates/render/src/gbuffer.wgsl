@@ -1,8 +1,9 @@
 // The G-buffer's only pack and unpack: 12 bytes a pixel beside radiance and depth.
 //   base_color rgba8unorm-srgb   base colour; occlusion of the material
 //   normal     rg16uint          world normal, octahedral, 16 + 16 bits
-//   material   rgba8unorm        metallic, perceptual roughness, reflectance, shading model
-// Reflectance is the dielectric's f0 divided by 0.2, so that the 0.04 of glTF is exactly 51/255.
+//   material   rgba8unorm        metallic, perceptual roughness, reflectance, shading model with lift
+// Reflectance is the dielectric's f0 divided by 0.2, so that the 0.04 of glTF is exactly 51/255. Bytes from 218 to 254
+// of the shading model are the standard one with a lift: its logarithm, the smallest at 254.
 
 import package::shaders::octahedral::{octahedral_from_direction, direction_from_octahedral};
 
@@ -13,6 +14,11 @@ const SHADING_MODEL_UNLIT: f32 = 0.0;
 // Standard, but diffuse light of the environment is in what was baked.
 const SHADING_MODEL_BAKED: f32 = 0.8;
 const SHADING_MODEL_STANDARD: f32 = 1.0;
+// The least lift that is held, in pixels, octaves between two bytes (so the greatest is 1,350 pixels), and how many
+// bytes there are.
+const LIFT_LEAST_PX: f32 = 0.0625;
+const LIFT_OCTAVES: f32 = 0.4;
+const LIFT_BYTES: f32 = 37.0;
 
 struct Surface {
     base_color: vec3f,
@@ -22,6 +28,9 @@ struct Surface {
     roughness_perceptual: f32,
     f0_dielectric: f32,
     shading_model: f32,
+    // How far the smooth surface that vertex normals describe lies over the triangle that was drawn; 0 where that is
+    // not held. Pixels.
+    lift_px: f32,
 }
 
 struct GbufferTexels {
@@ -40,6 +49,14 @@ fn diffuse_environment_share(surface: Surface) -> f32 {
     return select(1.0, 0.0, abs(surface.shading_model - SHADING_MODEL_BAKED) < 0.05);
 }
 
+// The fourth channel of `material`.
+fn model_with_lift(surface: Surface) -> f32 {
+    let step = round(log2(max(surface.lift_px, LIFT_LEAST_PX) / LIFT_LEAST_PX) / LIFT_OCTAVES);
+    let byte = 254.0 - min(step, LIFT_BYTES - 1.0);
+    let has_lift = (surface.lift_px >= LIFT_LEAST_PX) & (surface.shading_model == SHADING_MODEL_STANDARD);
+    return select(surface.shading_model, byte / 255.0, has_lift);
+}
+
 fn gbuffer_pack(surface: Surface) -> GbufferTexels {
     var texels: GbufferTexels;
     texels.base_color = vec4f(surface.base_color, surface.occlusion);
@@ -48,7 +65,7 @@ fn gbuffer_pack(surface: Surface) -> GbufferTexels {
         surface.metallic,
         surface.roughness_perceptual,
         surface.f0_dielectric / REFLECTANCE_SCALE,
-        surface.shading_model,
+        model_with_lift(surface),
     );
     return texels;
 }
@@ -65,6 +82,9 @@ fn gbuffer_unpack(texels: GbufferTexels) -> Surface {
     surface.metallic = texels.material.r;
     surface.roughness_perceptual = texels.material.g;
     surface.f0_dielectric = texels.material.b * REFLECTANCE_SCALE;
-    surface.shading_model = texels.material.a;
+    let step = 254.0 - round(texels.material.a * 255.0);
+    let has_lift = (step >= 0.0) & (step < LIFT_BYTES);
+    surface.shading_model = select(texels.material.a, SHADING_MODEL_STANDARD, has_lift);
+    surface.lift_px = select(0.0, LIFT_LEAST_PX * exp2(step * LIFT_OCTAVES), has_lift);
     return surface;
 }

@@ -77,6 +77,11 @@ fn pixel_step_from_step_view(position_view: vec3f, step_view: vec3f) -> vec2f {
     return mix(turned, step_view.xy, view.orthographic) / view.view_from_ndc_scale * vec2f(0.5, -0.5) * view.size_px;
 }
 
+// The height of a pixel at a distance along the view axis.
+fn pixel_height_m(distance_m: f32) -> f32 {
+    return 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y * mix(distance_m, 1.0, view.orthographic);
+}
+
 fn position_world_from_pixel(position_px: vec2f, distance_m: f32) -> vec3f {
     return (view.world_from_view * vec4f(position_view_from_pixel(position_px, distance_m), 1.0)).xyz;
 }

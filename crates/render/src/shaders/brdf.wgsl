@@ -25,6 +25,8 @@ struct Shading {
     facet_normal: vec3f,
     // Whether that normal was found, and `normal` is the same.
     is_flat: bool,
+    // How far the smooth surface lies over the triangle, see `surface_lift.wgsl`; 0 where there are no shadows.
+    lift_m: f32,
     to_eye: vec3f,
     n_dot_v: f32,
     roughness_alpha: f32,

@@ -26,6 +26,10 @@ override splits_specular: u32 = 0u;
 const LIGHTS_WITH_CONES: u32 = GLOBAL_LIGHTS | CASTING_SPOTS | QUIET_SPOTS;
 const LIGHTS_WITH_SHADOWS: u32 = GLOBAL_LIGHTS | CASTING_POINTS | CASTING_SPOTS;
 
+// The cosine between the normal of a triangle and the direction to a light below which the smooth surface over it takes
+// its place, wholly at 0.
+const TURNED_COSINE: f32 = 0.1;
+
 struct LightSums {
     radiance: vec3f,
     // The specular part of radiance.
@@ -74,6 +78,33 @@ fn lit_side(facet_normal: vec3f, to_light: vec3f) -> vec3f {
     }
 }
 
+// Where a surface is compared with shadow maps.
+struct ShadowReceiver {
+    position_world: vec3f,
+    normal: vec3f,
+    is_flat: bool,
+}
+
+// The triangle itself, unless it is turned away from a light that the smooth surface over it faces. Its own body hides
+// it there, and lines between light and dark would follow triangles. So it gives way to the smooth surface, on a plane
+// that just faces the light; what is before that still casts its shadow. `to_light` is a unit vector.
+fn shadow_receiver(position_world: vec3f, shading: Shading, to_light: vec3f) -> ShadowReceiver {
+    let turned = max(TURNED_COSINE - dot(shading.facet_normal, to_light), 0.0);
+    var is_lifted = (shading.lift_m > 0.0) & (turned > 0.0);
+    // Light that comes through falls on the other side.
+    @if(layered) {
+        is_lifted = is_lifted & (dot(shading.normal, to_light) > 0.0);
+    }
+    let leaning = shading.facet_normal + to_light * turned;
+    let normal = leaning * inverseSqrt(max(dot(leaning, leaning), 1e-30));
+    let lift = normal * (shading.lift_m * min(turned / TURNED_COSINE, 1.0));
+    return ShadowReceiver(
+        position_world + select(vec3f(0.0), lift, is_lifted),
+        select(lit_side(shading.facet_normal, to_light), normal, is_lifted),
+        shading.is_flat & !is_lifted,
+    );
+}
+
 // Adds a light at a place, which is of one of `classes` and lies at `table_uv` in the table. Classes are known when the
 // shader is compiled, which spares lights that have no cone, or cast no shadow, what it costs others. The falloff is
 // that of KHR_lights_punctual: (1 - (d/range)^4) / d², never below zero.
@@ -115,8 +146,8 @@ fn add_light(
             (*sums).shaded += 1.0;
             if shadowed != 0u {
                 if (classes & LIGHTS_WITH_SHADOWS) != 0u {
-                    let facet_normal = lit_side(shading.facet_normal, to_light);
-                    attenuation *= punctual_visibility(table_uv, place.xyz, position_world, facet_normal);
+                    let at = shadow_receiver(position_world, shading, to_light);
+                    attenuation *= punctual_visibility(table_uv, place.xyz, at.position_world, at.normal);
                     @if(contact) {
                         if contact_steps != 0u {
                             // Only half of the way, because bulbs around lights cast none of their shadows.
@@ -172,8 +203,8 @@ fn directional_radiance(
         @if(layered) let is_before = true;
         @if(!layered) let is_before = n_dot_l > 0.0;
         if is_before {
-            let facet_normal = lit_side(shading.facet_normal, to_light);
-            irradiance *= directional_visibility(table_uv, position_world, facet_normal, shading.is_flat);
+            let at = shadow_receiver(position_world, shading, to_light);
+            irradiance *= directional_visibility(table_uv, at.position_world, at.normal, at.is_flat);
             @if(contact) {
                 if contact_steps != 0u {
                     irradiance *= contact_visibility(shading.contact, table_uv, to_light, cluster_grid.contact.x);

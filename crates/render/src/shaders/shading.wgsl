@@ -27,6 +27,7 @@ fn shading_from_surface(surface: Surface, to_eye: vec3f) -> Shading {
     shading.normal = surface.normal_world;
     shading.facet_normal = surface.normal_world;
     shading.is_flat = false;
+    shading.lift_m = 0.0;
     shading.to_eye = to_eye;
     // A normal map can turn the normal away from the eye; 1e-4 keeps visibility finite there.
     shading.n_dot_v = max(dot(surface.normal_world, to_eye), 1e-4);

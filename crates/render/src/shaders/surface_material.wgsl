@@ -2,6 +2,7 @@
 
 import package::view::{view, direction_to_eye_world};
 import package::gbuffer::{Surface, SHADING_MODEL_UNLIT};
+@if(!relief) import package::shaders::surface_lift::lift_px_of;
 import package::shaders::surface_vertex::{SurfaceVarying, is_without_normals, object_id};
 import package::shaders::decals::{Decaled, decaled_surface, has_decals};
 @if(detailed) import package::constants::LAYER_LIGHT_MAP;
@@ -281,6 +282,8 @@ fn surface_sample_of(in: SurfaceVarying, front_facing: bool) -> SurfaceSample {
     out.surface.roughness_perceptual = clamp(roughness, 0.0, 1.0);
     out.surface.f0_dielectric = material_factors.f0_dielectric;
     out.surface.shading_model = select(material_factors.shading_model, SHADING_MODEL_UNLIT, unlit);
+    // What is sunk into a triangle lies beside the plane that was interpolated.
+    @if(!relief) out.surface.lift_px = lift_px_of(in, front_facing);
     if backs_are_black != 0u {
         if !front_facing && material_factors.double_sided < 0.5 {
             out.emission = vec3f(0.0);

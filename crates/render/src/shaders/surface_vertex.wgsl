@@ -51,6 +51,8 @@ struct SurfaceVarying {
     @if(points) @location(7) disc_offset_world: vec3f,
     // Before skins and morph targets move it; what masks are hashed by. 0 without masks.
     @if(!points) @location(7) position_object: vec3f,
+    // From the eye to the plane through the vertex at right angles to its normal, along that: see `surface_lift.wgsl`.
+    @location(8) plane_m: f32,
 }
 
 // The index of a node, plus 1.
@@ -203,6 +205,7 @@ fn surface_varying(in: SurfaceInput) -> SurfaceVarying {
     @if(detailed) {
         out.object_scale = pow(abs(dot(row_x, cofactor_x)), 1.0 / 3.0);
     }
+    out.plane_m = dot(position_world - view.world_from_view[3].xyz, out.normal_world);
     out.uv = vec4f(in.uv0, in.uv1);
     out.color = in.color;
     out.object = in.instance.x;

@@ -5,7 +5,7 @@
 // reflections that an earlier sample of a still found, and the environment. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
 // Program: direct. Features: contact. Axes: tiled.
 
-import package::view::{view, position_world_from_pixel};
+import package::view::{view, pixel_height_m, position_world_from_pixel};
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::surface_at;
@@ -40,6 +40,7 @@ fn fs_direct(@builtin(position) position: vec4f) -> @location(0) vec4f {
         let facet = facet_normal_at(pixel, distance_m, surface.normal_world, leaves_out);
         shading.facet_normal = facet.xyz;
         shading.is_flat = facet.w > FLAT_LIKENESS_MIN;
+        shading.lift_m = surface.lift_px * pixel_height_m(distance_m);
         shading.contact = contact_origin(position.xy, distance_m, shading.facet_normal);
     }
     let sums = light_sums(position.xy, distance_m, position_world, shading);

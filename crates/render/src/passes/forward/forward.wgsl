@@ -7,7 +7,7 @@
 // (premultiplied), depth if opaque; with `counts_pairs` the numbers of pairs in place of radiance; or a difference.
 // Program: forward, also for points, also with layers, also with relief. Axes: textures, skins.
 
-import package::view::view;
+import package::view::{view, pixel_height_m};
 import package::gbuffer::{SHADING_MODEL_UNLIT, Surface};
 import package::shaders::surface_vertex::{SurfaceInput, SurfaceVarying, masked, object_id, surface_varying};
 import package::shaders::level_fade::{fades, is_faded};
@@ -204,6 +204,8 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
         if shadowed != 0u {
             shading.facet_normal = select(-facet_normal, facet_normal, dot(facet_normal, shading.to_eye) >= 0.0);
             shading.is_flat = dot(shading.facet_normal, shading.normal) > FLAT_LIKENESS_MIN;
+            let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
+            shading.lift_m = sample.surface.lift_px * pixel_height_m(distance_m);
         }
         @if(relief) {
             shading.relief = seen.shadows;

@@ -3,7 +3,7 @@
 // lights, the volumes. Writes: radiance; with `counts_pairs` the numbers of pairs instead.
 // Program: volumes. Features: contact.
 
-import package::view::position_world_from_pixel;
+import package::view::{pixel_height_m, position_world_from_pixel};
 import package::constants::DISTANCE_BACKGROUND_M;
 import package::gbuffer::is_lit_deferred;
 import package::shaders::gbuffer_textures::{surface_at, distance_at};
@@ -38,6 +38,7 @@ fn fs_volumes(in: VolumeVarying) -> @location(0) vec4f {
         let facet = facet_normal_at(pixel, distance_m, surface.normal_world, leaves_out);
         shading.facet_normal = facet.xyz;
         shading.is_flat = facet.w > FLAT_LIKENESS_MIN;
+        shading.lift_m = surface.lift_px * pixel_height_m(distance_m);
         shading.contact = contact_origin(in.position_clip.xy, distance_m, shading.facet_normal);
     }
     let sums = single_light_sums(in.light, position_world, shading);
