@@ -5,9 +5,10 @@
 mod common;
 
 use common::{framed, plain_request, renderer};
-use glam::Vec3;
+use glam::{Quat, Vec3};
 use manypass::{Averaging, Background, Environment, FrameRequest, Renderer};
-use manypass_scene::{Aabb, Scene};
+use manypass_scene::{Aabb, Node, Projection, Scene, primitives};
+use manypass_testkit::build::{SceneBuilder, at, grey};
 use manypass_testkit::scenes;
 
 const SIZE: (u32, u32) = (319, 201);
@@ -84,4 +85,43 @@ fn another_still_begins_anew() {
     still(&mut renderer, &scene, &small);
     let last = still(&mut renderer, &scene, &far).0;
     assert!(last == fresh, "{}", rms(&last, &fresh));
+}
+
+/// Strips of a plate with grooves between them, of which a line of walls is seen that is thinner than a pixel.
+fn grooves() -> Scene {
+    let (gap_m, depth_m) = (0.02, 0.06);
+    let projection = Projection::Orthographic { height_m: 2.25, near_m: 0.1, far_m: 100.0 };
+    let mut builder = SceneBuilder::new(Vec3::new(3.0, 1.5, 0.3), Vec3::ZERO, projection);
+    builder.put(primitives::cube(Vec3::new(4.0, 0.1, 4.0)), grey(0.5), at(Vec3::new(0.0, -depth_m - 0.05, 0.0)));
+    let rotation = Quat::from_rotation_y(0.12);
+    for strip in -7..8_i8 {
+        let place = rotation * Vec3::X * (0.2 * f32::from(strip)) - Vec3::Y * (0.5 * depth_m);
+        let size_m = Vec3::new(0.2 - gap_m, depth_m, 3.0);
+        builder.put(primitives::cube(size_m), grey(0.5), Node { rotation, ..at(place) });
+    }
+    builder.finish()
+}
+
+#[test]
+fn grooves_thinner_than_a_pixel_leave_no_specks() {
+    let scene = grooves();
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let request = FrameRequest { averaging: Averaging::Display, sample_count: 8, ..plain_request(&scene, (300, 225)) };
+    let request = request.with(|settings| {
+        settings.environment.source = Environment::Color([0.6; 3]);
+        settings.background.source = Background::Transparent;
+        settings.occlusion.enabled = true.into();
+        settings.occlusion.radius_m = 0.3;
+    });
+    let (found, _) = still(&mut renderer, &scene, &request);
+    let (open, _) = still(&mut renderer, &scene, &request.with(|settings| settings.occlusion.enabled = false.into()));
+    let pixels = found.chunks_exact(4).zip(open.chunks_exact(4)).filter(|(_, open)| open[3] == 255);
+    let shares: Vec<f32> = pixels.map(|(found, open)| f32::from(found[1]) / f32::from(open[1].max(1))).collect();
+    let dark = shares.iter().filter(|share| **share < 0.85).count();
+    let lost = shares.iter().filter(|share| **share < 0.98).count();
+    println!("{dark} specks, {lost} pixels of {} lose light", shares.len());
+    assert!(shares.len() > 20_000 && lost > 100, "nothing to look at");
+    // Texels of the grooves that stood for what lies beside them left 1,300.
+    assert!(dark < 200, "{dark} specks");
 }

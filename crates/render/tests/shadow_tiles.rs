@@ -7,10 +7,10 @@
 mod common;
 
 use common::renderer;
-use common::shadows::{SPOT, light, perspective, radiance, request, shared};
+use common::shadows::{SIZE, SPOT, light, perspective, radiance, request, shared, shares};
 use glam::{Quat, Vec3};
 use manypass::{FrameRequest, FrameStats, Renderer, View};
-use manypass_scene::{Light, LightKind, NodeId, Scene, primitives};
+use manypass_scene::{Light, LightKind, Node, NodeId, Projection, Scene, primitives};
 use manypass_testkit::build::{SceneBuilder, at, grey};
 
 /// A floor with boxes on it, and 64 lights above them.
@@ -207,4 +207,33 @@ fn the_atlas_is_as_large_as_its_lights_want() {
     let differing = picture.iter().zip(&picture_of_one).filter(differs).count();
     println!("{differing} of {} pixels differ", picture.len());
     assert!(100 * differing < picture.len(), "a larger atlas gives another picture: {differing} pixels");
+}
+
+/// By how much the values lie off a straight line through them, root mean square.
+fn off_line(values: &[f32]) -> f32 {
+    let count = values.len() as f32;
+    let mean = values.iter().sum::<f32>() / count;
+    let places = || values.iter().enumerate().map(|(at, value)| (at as f32 - 0.5 * (count - 1.0), value - mean));
+    let slope = places().map(|(at, value)| at * value).sum::<f32>() / places().map(|(at, _)| at * at).sum::<f32>();
+    (places().map(|(at, value)| (value - slope * at).powi(2)).sum::<f32>() / count).sqrt()
+}
+
+/// From above: the edge of a box's shadow runs down the picture and crosses the rows of the map at a small angle.
+#[test]
+fn a_lone_lamp_has_the_room_of_the_atlas() {
+    let projection = Projection::Orthographic { height_m: 1.2, near_m: 0.1, far_m: 100.0 };
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 5.0, 0.5), Vec3::ZERO, projection);
+    builder.put(primitives::plane(8.0), grey(0.5), at(Vec3::ZERO));
+    let turned = Node { rotation: Quat::from_rotation_y(0.1), ..at(Vec3::new(-0.6, 0.3, 0.0)) };
+    builder.put(primitives::cube(Vec3::new(1.0, 0.6, 3.0)), grey(0.5), turned);
+    builder.light(light(SPOT, 30.0), Vec3::new(-0.9, 3.0, 0.0), Vec3::NEG_Y);
+    let scene = builder.finish();
+    let share = shares(&scene, &request(&scene), 1);
+    // From where it is dark in all rows to where it is lit in all.
+    let lit_px = |y: usize| (78..115).map(|x| share[y * SIZE.0 as usize + x].unwrap_or(1.0).min(1.0)).sum::<f32>();
+    let lit: Vec<f32> = (10..SIZE.1 as usize - 10).map(lit_px).collect();
+    assert!(lit.iter().all(|lit| (12.0..35.0).contains(lit)), "nothing to look at: {lit:?}");
+    // Teeth of a map half as fine as the atlas has room for: 0.46 of a pixel.
+    let off = off_line(&lit);
+    assert!(off < 0.33, "{off} of a pixel");
 }

@@ -38,13 +38,17 @@ fn distance_from_nearness(nearness: f32) -> f32 {
 }
 
 fn center_at(pixel: vec2i) -> Center {
-    let distance_m = distance_at(pixel);
+    return center_of(pixel, pixel, distance_at(pixel));
+}
+
+// The same of a surface so far away, whose normal is that of another pixel.
+fn center_of(pixel: vec2i, normal_pixel: vec2i, distance_m: f32) -> Center {
     var center: Center;
     center.position_px = vec2f(pixel) + 0.5;
     center.is_surface = distance_m < DISTANCE_BACKGROUND_M;
     center.position = position_view_from_pixel(center.position_px, min(distance_m, FARTHEST_M));
     center.to_eye = mix(-normalize(center.position), vec3f(0.0, 0.0, 1.0), view.orthographic);
-    let normal = (view.view_from_world * vec4f(normal_world_at(pixel), 0.0)).xyz;
+    let normal = (view.view_from_world * vec4f(normal_world_at(normal_pixel), 0.0)).xyz;
     let missing = max(FACING_MIN - dot(normal, center.to_eye), 0.0);
     center.normal = normalize(normal + missing * center.to_eye);
     return center;

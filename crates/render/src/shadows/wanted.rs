@@ -42,6 +42,8 @@ pub(super) struct Wanting {
     pub aims: Vec<Aim>,
     /// The demanded side.
     pub side: f32,
+    /// The same where all maps have room for it.
+    side_with_room: f32,
     pub of_light: OfLight,
     /// Of each tile, if anything casts a shadow into it.
     pub has_casters: Vec<bool>,
@@ -51,6 +53,12 @@ impl Wanting {
     /// How many tiles it wants: those that anything casts a shadow into.
     pub fn tile_count(&self) -> u64 {
         self.has_casters.iter().filter(|has| **has).count() as u64
+    }
+
+    /// The texels of its tiles where all maps have room.
+    fn texels_with_room(&self) -> u64 {
+        let side = (self.side_with_room as u32).max(SIDE_MIN).next_power_of_two();
+        self.tile_count() * u64::from(side).pow(2)
     }
 }
 
@@ -159,13 +167,14 @@ pub(super) fn demand(light: &TableLight, viewer: &Viewer<'_>) -> Option<f32> {
     Some(tangent * range_m * view.pixels_per_m(viewer.size, eye_m))
 }
 
-/// The side in texels that the maps of a light are to have for a view, in an atlas that may grow to `side_max`; none if
-/// the view needs none of them.
-fn side_of(light: &TableLight, viewer: &Viewer<'_>, settings: &ShadowSettings, side_max: u32) -> Option<f32> {
+/// The sides in texels that the maps of a light are to have for a view, in an atlas that may grow to `side_max`: among
+/// many lights, and where all maps have room; none if the view needs none of them.
+fn sides_of(light: &TableLight, viewer: &Viewer<'_>, settings: &ShadowSettings, side_max: u32) -> Option<(f32, f32)> {
     let given = (settings.map_px > 0).then(|| settings.map_px.next_power_of_two());
     if light.kind == LightKind::Directional {
         if let Some(side) = given {
-            return Some(side.min(side_max / 2) as f32);
+            let side = side.min(side_max / 2) as f32;
+            return Some((side, side));
         }
         // Cascades are as fine as the picture if they have twice its pixels.
         let side = if viewer.is_around {
@@ -175,7 +184,8 @@ fn side_of(light: &TableLight, viewer: &Viewer<'_>, settings: &ShadowSettings, s
         };
         let side = side.min(side_max / 2) as f32;
         // Edges of wide ones are never sharp.
-        return Some(if is_wide(light) { 0.5 * side } else { side });
+        let side = if is_wide(light) { 0.5 * side } else { side };
+        return Some((side, side));
     }
     let demanded = demand(light, viewer).filter(|side| *side >= settings.min_px)?;
     // The six of a point light take less than half of the atlas, so that turns have room for them.
@@ -184,7 +194,10 @@ fn side_of(light: &TableLight, viewer: &Viewer<'_>, settings: &ShadowSettings, s
         (Some(_), false) | (None, true) => side_max / 4,
         (None, false) => side_max / 8,
     };
-    Some(given.map_or(demanded, |side| side as f32).min(most as f32))
+    // Edges of lights with a radius are not sharp, and their maps are drawn anew in every sample.
+    let most_with_room = if given.is_none() && light.radius_m == 0.0 { 2 * most } else { most };
+    let wanted = given.map_or(demanded, |side| side as f32);
+    Some((wanted.min(most as f32), wanted.min(most_with_room as f32)))
 }
 
 impl Shadows {
@@ -202,10 +215,15 @@ impl Shadows {
         for (viewer, table) in views {
             for source in table.lights.iter().filter(|light| light.casts_shadows) {
                 let light = &dealing.moved(source);
-                let Some(side) = side_of(light, viewer, settings, self.side_max) else { continue };
+                let sides = sides_of(light, viewer, settings, self.side_max);
+                let Some((side, side_with_room)) = sides else { continue };
                 let key = LightKey::of(viewer, light);
                 match wanting.entry(key) {
-                    Entry::Occupied(mut known) => known.get_mut().side = known.get().side.max(side),
+                    Entry::Occupied(mut known) => {
+                        let known = known.get_mut();
+                        known.side = known.side.max(side);
+                        known.side_with_room = known.side_with_room.max(side_with_room);
+                    }
                     Entry::Vacant(place) => {
                         let is_directional = light.kind == LightKind::Directional;
                         let (aims, of_light) = if is_directional {
@@ -227,12 +245,25 @@ impl Shadows {
                             casters.in_tile(&of_light.items, &projection).next().is_some()
                         };
                         let has_casters = aims.iter().map(shows).collect();
-                        place.insert(Wanting { key, is_directional, aims, side, of_light, has_casters });
+                        place.insert(Wanting {
+                            key,
+                            is_directional,
+                            aims,
+                            side,
+                            side_with_room,
+                            of_light,
+                            has_casters,
+                        });
                     }
                 }
             }
         }
-        wanting.into_values().collect()
+        let mut wanting: Vec<Wanting> = wanting.into_values().collect();
+        let has_room = wanting.iter().map(Wanting::texels_with_room).sum::<u64>() <= u64::from(self.side_max).pow(2);
+        if has_room {
+            wanting.iter_mut().for_each(|light| light.side = light.side_with_room);
+        }
+        wanting
     }
 }
 

@@ -5,11 +5,10 @@
 // Program: occlusion_blur.
 
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::passes::occlusion::taps::{has_distances, likeness_reach_m, side};
+import package::passes::occlusion::taps::{has_distances, likeness_reach_m, side, stand_of_texel};
 import package::shaders::bilateral::mean_of_square;
-import package::shaders::coarse::pixel_of_texel;
-import package::shaders::gbuffer_textures::distance_at;
-import package::shaders::screen_space::tangent_plane_at;
+import package::shaders::gbuffer_textures::normal_world_at;
+import package::shaders::screen_space::tangent_plane_of;
 
 @group(1) @binding(5) var noisy_occlusion: texture_2d<f32>;
 
@@ -18,12 +17,12 @@ override keeps_distances: u32 = 0u;
 
 @fragment
 fn fs_occlusion_blur(@builtin(position) position: vec4f) -> @location(0) vec4f {
-    let pixel = pixel_of_texel(vec2i(position.xy), i32(side));
-    let distance_m = distance_at(pixel);
+    let stand = stand_of_texel(vec2i(position.xy));
+    let distance_m = stand.distance_m;
     if distance_m >= DISTANCE_BACKGROUND_M {
         return vec4f(1.0, select(0.0, DISTANCE_BACKGROUND_M, keeps_distances != 0u), 0.0, 0.0);
     }
-    let plane = tangent_plane_at(pixel, distance_m);
+    let plane = tangent_plane_of(normal_world_at(stand.normal_pixel), vec2f(stand.pixel) + 0.5, distance_m);
     let mean = mean_of_square(noisy_occlusion, has_distances != 0u, position.xy, side, plane, likeness_reach_m());
     if keeps_distances != 0u {
         return vec4f(mean.r, distance_m, 0.0, 0.0);

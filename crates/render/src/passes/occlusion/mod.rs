@@ -153,7 +153,7 @@ fn record_look(
     let finding = Finding::new(r, settings, true);
     // Where nothing is blurred, what looks around is what is kept.
     let has_distances = finding.has_distances || !finding.is_filtered;
-    let finding = Finding { keeps_distances: true, has_distances, ..finding };
+    let finding = Finding { keeps_distances: true, has_distances, bridges_grooves: true, ..finding };
     let look = r.history("occlusion.look", TextureDesc { format: WITH_DISTANCES, ..finding.desc });
     r.declare_texels(&look.next, Texels::Share);
     let looks = look.is_first || r.view.uniform.sample_index == 0;
@@ -202,6 +202,8 @@ struct Finding<'s> {
     has_distances: bool,
     /// Whether that is in the last texture, too.
     keeps_distances: bool,
+    /// Whether a texel of a groove thinner than a pixel stands for the surface around that.
+    bridges_grooves: bool,
 }
 
 impl<'s> Finding<'s> {
@@ -223,6 +225,7 @@ impl<'s> Finding<'s> {
             is_filtered: is_filtered && settings.blur,
             has_distances,
             keeps_distances: has_distances,
+            bridges_grooves: false,
         }
     }
 
@@ -235,6 +238,7 @@ impl<'s> Finding<'s> {
     /// What all steps have in common.
     fn step<'r, 'f>(&self, step: Fullscreen<'r, 'f>, seen: Seen<'_>) -> Fullscreen<'r, 'f> {
         let step = step.constant("side", self.side_px).constant("has_distances", u32::from(self.has_distances));
+        let step = step.constant("bridges_grooves", u32::from(self.bridges_grooves));
         step.uniform("occlusion", &self.uniform).read("normal", seen.normal).read("linear_depth", seen.linear_depth)
     }
 

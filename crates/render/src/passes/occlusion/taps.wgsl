@@ -2,9 +2,12 @@
 // noise.
 
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::view::view;
+import package::view::{view, position_view_from_pixel};
 import package::shaders::coarse::pixel_of_texel;
-import package::shaders::screen_space::{Center, center_at, slice_noise};
+import package::shaders::gbuffer_textures::{distance_at, normal_world_at};
+import package::shaders::screen_space::{
+    Center, center_of, distance_from_nearness, nearness_from_distance, slice_noise,
+};
 
 struct Occlusion {
     radius_m: f32,
@@ -36,11 +39,77 @@ override bends: u32 = 0u;
 // 1 if texels say beside what they hold how far away their surface is, where later passes look for it.
 override has_distances: u32 = 0u;
 
+// 1 if a texel whose pixel shows the inside of a groove stands for the surface on both sides of it.
+override bridges_grooves: u32 = 0u;
+
 // Of the radius: so far from the tangent plane another surface begins.
 const THICKNESS: f32 = 0.1;
+// Of the way between the surfaces on both sides of a groove: as much as they may lie off each other's plane, and as
+// much as the groove is deep at least. What is shallower loses little.
+const STEP_MAX: f32 = 0.05;
+const DEPTH_MIN: f32 = 0.1;
+// The least cosine between their normals, about 18°.
+const ALIKE_MIN: f32 = 0.95;
+// Below this cosine from their normal a pixel shows a wall of the groove, however deep that is: of the distance, more
+// than rounding leaves.
+const WALL_MAX: f32 = 0.8;
+const WALL_DEPTH_MIN: f32 = 4e-4;
+
+// The surface that a texel stands for.
+struct Stand {
+    pixel: vec2i,
+    // The pixel whose normal it has.
+    normal_pixel: vec2i,
+    distance_m: f32,
+}
+
+// That which its pixel shows. With `bridges_grooves` it is the surface around a groove that is thinner than a pixel:
+// samples that see that surface would take what is found in the groove for their own.
+fn stand_of_texel(texel: vec2i) -> Stand {
+    let pixel = pixel_of_texel(texel, i32(side));
+    var stand = Stand(pixel, pixel, distance_at(pixel));
+    if bridges_grooves != 0u {
+        let seen_m = stand.distance_m;
+        stand = bridged(stand, seen_m, vec2i(1, 0));
+        stand = bridged(stand, seen_m, vec2i(0, 1));
+        stand = bridged(stand, seen_m, vec2i(1, 1));
+        stand = bridged(stand, seen_m, vec2i(1, -1));
+    }
+    return stand;
+}
+
+// Where the pixels on both sides of a texel's lie on one plane, and its own below that by less than what tells surfaces
+// apart, it stands for that plane.
+fn bridged(stand: Stand, seen_m: f32, step: vec2i) -> Stand {
+    let before = stand.pixel - step;
+    let after = stand.pixel + step;
+    let from_m = distance_at(before);
+    let to_m = distance_at(after);
+    let is_inside = all(min(before, after) >= vec2i(0)) && all(max(before, after) < vec2i(view.size_px));
+    if !is_inside || max(max(from_m, to_m), seen_m) >= DISTANCE_BACKGROUND_M {
+        return stand;
+    }
+    let normal_before = normal_world_at(before);
+    let normal_after = normal_world_at(after);
+    let normal = (view.view_from_world * vec4f(normal_before + normal_after, 0.0)).xyz * 0.5;
+    let middle_px = vec2f(stand.pixel) + 0.5;
+    let way = position_view_from_pixel(middle_px + vec2f(step), to_m)
+        - position_view_from_pixel(middle_px - vec2f(step), from_m);
+    let across_m = distance_from_nearness(0.5 * (nearness_from_distance(from_m) + nearness_from_distance(to_m)));
+    let sunk = position_view_from_pixel(middle_px, across_m) - position_view_from_pixel(middle_px, seen_m);
+    let depth_m = dot(sunk, normal);
+    let is_plane = dot(normal_before, normal_after) > ALIKE_MIN && abs(dot(way, normal)) < STEP_MAX * length(way);
+    let is_wall = dot(normal_world_at(stand.pixel), normal_before) < WALL_MAX;
+    let least_m = select(DEPTH_MIN * length(way), WALL_DEPTH_MIN * max(seen_m, across_m), is_wall);
+    if is_plane && depth_m > least_m && depth_m < likeness_reach_m() {
+        return Stand(stand.pixel, before, across_m);
+    }
+    return stand;
+}
 
 fn center_of_texel(texel: vec2i) -> Center {
-    return center_at(pixel_of_texel(texel, i32(side)));
+    let stand = stand_of_texel(texel);
+    return center_of(stand.pixel, stand.normal_pixel, stand.distance_m);
 }
 
 fn noise_at(position_px: vec2f) -> vec2f {
