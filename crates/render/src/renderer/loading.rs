@@ -18,6 +18,7 @@ impl Renderer {
 }
 
 #[cfg(all(test, not(target_arch = "wasm32")))]
+#[allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 mod tests {
     use super::*;
     use crate::{FrameRequest, Gpu};
