@@ -16,7 +16,7 @@
 import package::view::{view, pixel_from_position_view, position_view_from_pixel};
 import package::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 import package::passes::reflections::rays::{
-    NARROW_STEPS, filtered_share, packable_share, patterned, reflections, side,
+    NARROW_STEPS, filtered_share, packable_share, patterned, reflections, sharp_share, side,
 };
 import package::shaders::coarse::{pixel_of_texel, turn_in_square};
 import package::shaders::coarse_reflections::LIKENESS_REACH;
@@ -42,6 +42,8 @@ import package::shaders::visible_normals::{reflected_likelihood, visible_normal}
 // 1 if there are mirrors in the picture, which follow no rays.
 override has_mirrors: u32 = 0u;
 override steps: u32 = 96u;
+// 1 if only surfaces that are smooth follow rays.
+override smooth_only: u32 = 0u;
 
 // How far away backs of bodies are, looked at with `has_backs` alone.
 @group(1) @binding(9) var back_distances: texture_2d<f32>;
@@ -257,6 +259,9 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let roughness = traced_roughness(surface);
     var share = share_of_roughness(roughness, reflections.roughness_max);
     if !center.is_surface || share <= 0.0 || !is_traced(surface) {
+        return vec4f(0.0);
+    }
+    if smooth_only != 0u && sharp_share(roughness) <= 0.0 {
         return vec4f(0.0);
     }
     if has_mirrors != 0u {
