@@ -32,6 +32,9 @@ shared_constants! {
     /// Levels of the pyramid of least distances that reflected rays pass over, from pixels to squares of 64.
     REFLECTION_LEVELS: u32 = 7;
 
+    /// Surfaces of less perceptual roughness have rays of each pixel where reflections are of half the picture's size.
+    SHARP_ROUGHNESS: f32 = 0.1;
+
     /// Texels along each side of a square of which metering takes the mean at once.
     METERED_SIDE: i32 = 8;
     /// The binary logarithm of mid grey, 0.18.

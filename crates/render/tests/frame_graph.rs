@@ -351,10 +351,10 @@ fn passes_of_a_frame_have_names_of_their_own() {
 /// Occlusion and reflections at half the size beside the same frame without effects. At full size reflections hold two
 /// textures of radiance of their own, which are alive beside each other.
 #[test]
-fn effects_of_half_the_size_hold_less_than_four_textures_of_radiance() {
+fn effects_of_half_the_size_hold_few_textures_of_radiance() {
     let (width, height) = (1920, 1080);
-    // Surfaces with layers are shown what was found at the size of the picture.
-    for (name, mut scene, most) in [("hall", scene::demo::hall(), 3.5), ("materials", scene::demo::materials(), 4.0)] {
+    // Surfaces with layers are shown what was found at the size of the picture, and smooth ones have rays of each pixel.
+    for (name, mut scene, most) in [("hall", scene::demo::hall(), 3.5), ("materials", scene::demo::materials(), 5.0)] {
         scene.update_transforms();
         let mut renderer = Renderer::new(Gpu::without_adapter(Floor::WebGl2).expect("a floor")).expect("a renderer");
         renderer.load(&scene).expect("loads");

@@ -4,7 +4,9 @@ use super::deformation::Joints;
 use super::leveled::ItemLevels;
 use super::world::{Extent, Item};
 use super::{Axes, Faces, NORMAL_MAP};
-use crate::constants::{LAYER_LIGHT_MAP, LAYER_STEPS, LAYER_TRANSMISSION, LAYER_VOLUME, WITHOUT_NORMALS};
+use crate::constants::{
+    LAYER_LIGHT_MAP, LAYER_STEPS, LAYER_TRANSMISSION, LAYER_VOLUME, SHARP_ROUGHNESS, WITHOUT_NORMALS,
+};
 use crate::levels::{SurfaceForm, SurfaceForms};
 use crate::resources::layers::SEEN_LARGE;
 use crate::resources::{GpuMaterial, GpuPrimitive, Instance, ReducedMaterials, copies};
@@ -91,6 +93,7 @@ impl Drawn<'_> {
             view_layers: node.layers,
             emits: properties.emits,
             glows: properties.emits || properties.is_baked || properties.unlit || primitive.without_normals,
+            may_be_smooth: properties.may_be_smooth(SHARP_ROUGHNESS),
             extent,
             center,
             levels: ItemLevels::default(),

@@ -72,6 +72,8 @@ pub(crate) struct Item {
     pub emits: bool,
     /// Whether it has radiance before any light reaches it: what emits, what is unlit, and what has no normals.
     pub glows: bool,
+    /// Whether it may reflect as sharply as reflections of the picture are found for each pixel.
+    pub may_be_smooth: bool,
     /// What tells its distance, in world space.
     pub center: Vec3,
     /// Its levels of detail, and those that it is one of.
@@ -167,6 +169,8 @@ pub(crate) struct WorldDraws {
     pub flat_bounds_world: Aabb,
     /// Whether any of those that do not blend glows, in view or not, so that a camera that moves changes no pass.
     pub glows: bool,
+    /// Whether any of those that do not blend may be smooth, in view or not.
+    pub may_be_smooth: bool,
     /// Coarser forms of items.
     pub mesh_levels: MeshLevels,
     /// What has levels of a file.
@@ -277,6 +281,7 @@ impl WorldDraws {
     fn place(&mut self) {
         self.opaque_count = 0;
         self.glows = false;
+        self.may_be_smooth = false;
         self.has_layers = false;
         self.has_transmissive = false;
         self.is_shaded_where_drawn = false;
@@ -289,6 +294,7 @@ impl WorldDraws {
             let is_opaque = key.0 & BLENDED == 0;
             self.opaque_count += usize::from(is_opaque);
             self.glows |= is_opaque && posed.item.glows;
+            self.may_be_smooth |= is_opaque && posed.item.may_be_smooth;
             self.has_layers |= posed.item.layers != 0;
             self.has_transmissive |= posed.item.transmissive;
             self.is_shaded_where_drawn |= posed.item.layers & SHADED_WHERE_DRAWN != 0;

@@ -311,6 +311,12 @@ fn made_numbers<T: Pod>(factors: &mut T) -> bool {
 }
 
 impl Described {
+    /// Whether its surface or the coat over it may be as smooth as that somewhere; maps may say anything.
+    pub fn may_be_smooth(&self, roughness: f32) -> bool {
+        let is_coated = self.layers.as_ref().is_some_and(|layers| layers.bits & LAYER_CLEARCOAT != 0);
+        !self.unlit && (self.factors.roughness < roughness || self.sources[1].is_some() || is_coated)
+    }
+
     /// Leaves nothing among the factors that would spread through a picture; says whether there was anything. Files
     /// have none, but scenes that code makes may.
     fn make_numbers(&mut self) -> bool {

@@ -1,26 +1,32 @@
 // reflections.filter: takes the pattern of noise of 4 × 4 texels out of a picture of few samples, by the mean over seven
 // by seven texels with the weights 1, 2, 3, 4, 3, 2, 1 in each direction: each of the sixteen counts as much, and what a
 // ray brings comes and goes evenly, without the edges of squares; of what lies on the same surface (Tomasi & Manduchi
-// 1998, by the distance from the tangent plane). Mirrors have no noise and stay sharp, but for dots that nothing beside
-// them agrees with: few hits among many misses, and hits that are brighter than white and than all beside them.
-// Reads: noisy_reflections, G-buffer, linear_depth. Writes: reflections.
+// 1998, by the distance from the tangent plane). Near hits, whose lobe is as wide as few texels, count fewer of them.
+// Mirrors have no noise and stay sharp, but for dots that nothing beside them agrees with: few hits among many misses,
+// and hits that are brighter than white and than all beside them.
+// reflections.sharpen: of a picture of half the size, puts what rays of each pixel brought in its place where surfaces are
+// smooth, without such dots.
+// Reads: noisy_reflections, found_reflections, G-buffer, linear_depth. Writes: reflections.
 // Program: reflections_filter.
 
 import package::constants::DISTANCE_BACKGROUND_M;
-import package::passes::reflections::rays::{filtered_share, reflections, side};
+import package::passes::reflections::rays::{
+    NARROW_STEPS, filtered_share, patterned, reflections, sharp_share, side, steps_narrower_of,
+};
 import package::shaders::bilateral::middle_of_texel;
 import package::shaders::coarse::pixel_of_texel;
-import package::shaders::coarse_reflections::LIKENESS_REACH;
-import package::shaders::gbuffer_textures::{distance_at, surface_at};
+import package::shaders::coarse_reflections::{LIKENESS_REACH, reflected_at, reflections_side};
+import package::shaders::gbuffer_textures::{distance_at, normal_world_at, surface_at};
 import package::shaders::samplers::nearest_clamp;
 import package::shaders::screen_space::{likeness_to, tangent_plane_at};
 import package::shaders::traced_lobe::traced_roughness;
 
 @group(1) @binding(5) var noisy_reflections: texture_2d<f32>;
 
-// So many texels to each side count, and so many in a row.
+// So many texels to each side count.
 const REACH: i32 = 3;
-const WIDTH: i32 = 7;
+// Half of a row at its widest: from there on nothing counts.
+const WIDEST: f32 = 4.0;
 // How much less texels count that are as bright as `radiance_max` (Karis 2013, "Tone Mapping").
 const BRIGHT_WEIGHT: f32 = 0.25;
 
@@ -37,17 +43,43 @@ const ALIKE_ALL: f32 = 0.98;
 const DOTS: f32 = 0.08;
 const NO_DOTS: f32 = 0.2;
 
+// What a ray brought, and how far the filter reaches there.
+struct Texel {
+    found: vec4f,
+    reach: f32,
+}
+
+fn texel_at(uv: vec2f) -> Texel {
+    let packed = textureSampleLevel(noisy_reflections, nearest_clamp, uv, 0.0);
+    let narrower = steps_narrower_of(packed.a);
+    let reach = WIDEST - (WIDEST - 1.0) * narrower / NARROW_STEPS;
+    return Texel(vec4f(packed.rgb, packed.a - narrower), reach);
+}
+
 @fragment
 fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let pixel = pixel_of_texel(vec2i(position.xy), i32(side));
     let distance_m = distance_at(pixel);
     let size = vec2f(textureDimensions(noisy_reflections));
     let texel_size = 1.0 / size;
-    let own = textureSampleLevel(noisy_reflections, nearest_clamp, position.xy * texel_size, 0.0);
+    let own_texel = texel_at(position.xy * texel_size);
+    let own = own_texel.found;
     if distance_m >= DISTANCE_BACKGROUND_M {
         return own;
     }
-    let rough = filtered_share(traced_roughness(surface_at(pixel)));
+    let roughness = traced_roughness(surface_at(pixel));
+    // What there is of a smaller picture where this is of smooth surfaces.
+    let coarse = reflected_at(position.xy, distance_m, normal_world_at(pixel));
+    let sharp = select(1.0, sharp_share(roughness), reflections_side != 0u);
+    if sharp <= 0.0 {
+        return coarse;
+    }
+    if patterned == 0u {
+        return mix(coarse, own, sharp);
+    }
+    let rough = select(filtered_share(roughness), 0.0, reflections_side != 0u);
+    // Smooth surfaces need the nine texels beside alone.
+    let reach = select(REACH, 1, reflections_side != 0u);
     let plane = tangent_plane_at(pixel, distance_m);
     var sum = vec4f(0.0);
     var weights = 0.0;
@@ -61,20 +93,25 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
     var first_brightness = 0.0;
     var second_brightness = 0.0;
     var most_trusted = 0.0;
-    for (var y = 0; y < WIDTH; y++) {
-        for (var x = 0; x < WIDTH; x++) {
-            let step = vec2f(vec2i(x, y) - REACH);
+    for (var y = -reach; y <= reach; y++) {
+        for (var x = -reach; x <= reach; x++) {
+            let step = vec2f(vec2i(x, y));
             let middle = position.xy + step;
             let is_inside = all(middle > vec2f(0.0)) && all(middle < size);
             let middle_px = middle_of_texel(max(middle - 0.5, vec2f(0.0)), side);
             let likeness = likeness_to(plane, middle_px, LIKENESS_REACH * distance_m);
-            let tent = vec2f(1.0) - abs(step) / f32(REACH + 1);
+            let tent = vec2f(1.0) - abs(step) / WIDEST;
             let is_own = all(step == vec2f(0.0));
             let like = select(select(0.0, likeness, is_inside), 1.0, is_own);
             let evenly = like * tent.x * tent.y;
-            let texel = textureSampleLevel(noisy_reflections, nearest_clamp, middle * texel_size, 0.0);
+            let other = texel_at(middle * texel_size);
+            let texel = other.found;
             let brightest = max(texel.r, max(texel.g, texel.b));
-            let whole = select(evenly * rough, 1.0, is_own);
+            // What is near to one of the two and not to the other is neither's to share. All weights of a reach add up to
+            // its square: divided by that, light that one texel gives is what another gets.
+            let shared_reach = min(own_texel.reach, other.reach);
+            let narrow = max(vec2f(1.0) - abs(step) / shared_reach, vec2f(0.0));
+            let whole = select(like * narrow.x * narrow.y * rough, 1.0, is_own) / (shared_reach * shared_reach);
             let weight = whole / (1.0 + BRIGHT_WEIGHT * brightest / reflections.radiance_max);
             sum += texel * weight;
             weights += weight;
@@ -103,5 +140,5 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
     let of_something = smoothstep(DOTS, NO_DOTS, around.x / around.y / max(most_trusted, 1e-3));
     let of_several_pixels = mix(mean_beside, own_cut, smoothstep(ALIKE_NONE, ALIKE_ALL, agreed)) * of_something;
     let mirrored = select(of_pixels, of_several_pixels, side > 1u);
-    return mix(mirrored, sum / weights, rough);
+    return mix(coarse, mix(mirrored, sum / weights, rough), sharp);
 }

@@ -16,6 +16,7 @@ use crate::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 use crate::gbuffer::{Gbuffer, LINEAR_DEPTH, RADIANCE};
 use crate::occlusion::Occlusion;
 use crate::record::{ADD, Fullscreen, PicturePart, Recorder, Texels, Which};
+use crate::resolution::Resolution;
 use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
 use glam::Vec2;
@@ -263,6 +264,8 @@ struct Tracing<'s> {
     side_px: u32,
     /// Whether its noise is a pattern, which is taken out.
     is_filtered: bool,
+    /// Whether smooth surfaces alone follow rays.
+    smooth_only: bool,
 }
 
 impl<'s> Tracing<'s> {
@@ -281,30 +284,55 @@ impl<'s> Tracing<'s> {
             desc: settings.resolution.desc(r.view, RADIANCE),
             side_px,
             is_filtered,
+            smooth_only: false,
         }
     }
 
     /// Follows rays, and draws what they bring.
     fn record(&self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, met: &Handle) -> Result<Reflections, ProgramError> {
-        let Self { settings, desc, side_px, is_filtered, .. } = *self;
-        let roughness_max = settings.roughness_max;
-        let target = r.texture_of(if is_filtered { "reflections.filter" } else { "reflections" }, desc);
-        let pyramid = record_pyramid(r, &seen.gbuffer.linear_depth)?;
-        let coarse_radiance = record_coarse_radiance(r, met)?;
-        let backs = if settings.thickness_m > 0.0 { None } else { Some(record_backs(r)?) };
-        let is_of_pixels = side_px == 1 && seen.depth.desc().samples == 1;
-        let of_lit = |step: Fullscreen<'_, '_>, target| {
-            let step = step.constant("side", side_px).uniform("reflections", &self.uniform);
-            let step = if is_of_pixels { step.over(PicturePart::Lit, seen.depth) } else { step };
-            step.draw_into(target, NOTHING)
+        let inputs = Inputs {
+            seen,
+            met,
+            pyramid: record_pyramid(r, &seen.gbuffer.linear_depth)?,
+            coarse_radiance: record_coarse_radiance(r, met)?,
+            backs: if self.settings.thickness_m > 0.0 { None } else { Some(record_backs(r)?) },
         };
-        let (noisy, filtered) =
-            if is_filtered { (r.texture_of("reflections", desc), Some(target)) } else { (target, None) };
-        let step = seen.gbuffer.read_by(r.fullscreen("reflections", "reflections_trace", &[]));
-        let step = step.constants(&[("patterned", u32::from(is_filtered)), ("steps", settings.steps)]);
-        let step = step.read("nearest_distances", &pyramid).read("scene_radiance", met);
-        let step = step.read("coarse_radiance", &coarse_radiance);
-        let step = match &backs {
+        let found = self.record_rays(r, "reflections", &inputs)?;
+        let texture =
+            if self.is_filtered { self.record_filter(r, "reflections.filter", seen, (&found, None))? } else { found };
+        let coarse = Reflections { texture, side_px: self.side_px, roughness_max: self.settings.roughness_max };
+        let Some(sharp) = self.sharp(r) else { return Ok(coarse) };
+        let found = sharp.record_rays(r, "reflections.smooth", &inputs)?;
+        let texture = sharp.record_filter(r, "reflections.sharpen", seen, (&found, Some(&coarse)))?;
+        Ok(Reflections { texture, side_px: 1, ..coarse })
+    }
+
+    /// The same for each pixel of smooth surfaces, if there may be any: edges in mirrors are as sharp as others. At a
+    /// quarter of the size they are not, because then speed is asked for.
+    fn sharp(&self, r: &Recorder<'_, '_>) -> Option<Self> {
+        let is_asked = self.settings.resolution == Resolution::Half && r.frame.world.may_be_smooth;
+        is_asked.then(|| Self {
+            uniform: ReflectionsUniform { spacing_px: 0.5 * self.uniform.spacing_px, ..self.uniform },
+            desc: r.view.desc(RADIANCE),
+            side_px: 1,
+            smooth_only: true,
+            ..*self
+        })
+    }
+
+    fn record_rays(
+        &self,
+        r: &mut Recorder<'_, '_>,
+        name: &'static str,
+        inputs: &Inputs<'_>,
+    ) -> Result<Handle, ProgramError> {
+        let Inputs { seen, met, pyramid, coarse_radiance, backs } = inputs;
+        let target = r.texture_of(name, self.desc);
+        let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_trace", &[]));
+        let step = step.constants(&[("steps", self.settings.steps), ("smooth_only", u32::from(self.smooth_only))]);
+        let step = step.read("nearest_distances", pyramid).read("scene_radiance", met);
+        let step = step.read("coarse_radiance", coarse_radiance);
+        let step = match backs {
             Some(backs) => step.constant("has_backs", 1).read("back_distances", backs),
             None => step.stand_in("back_distances"),
         };
@@ -312,12 +340,40 @@ impl<'s> Tracing<'s> {
             Some(mirrored) => step.constant("has_mirrors", 1).read("mirrored", mirrored),
             None => step.stand_in("mirrored"),
         };
-        let found = of_lit(step, noisy)?;
-        let Some(target) = filtered else { return Ok(Reflections { texture: found, side_px, roughness_max }) };
-        let step = seen.gbuffer.read_by(r.fullscreen("reflections.filter", "reflections_filter", &[]));
-        let texture = of_lit(step.read("noisy_reflections", &found), target)?;
-        Ok(Reflections { texture, side_px, roughness_max })
+        self.draw_lit(step, *seen, target)
     }
+
+    /// Takes noise and dots out of `noisy`, and puts what is of smooth surfaces over `coarse`.
+    fn record_filter(
+        &self,
+        r: &mut Recorder<'_, '_>,
+        name: &'static str,
+        seen: Seen<'_>,
+        (noisy, coarse): (&Handle, Option<&Reflections>),
+    ) -> Result<Handle, ProgramError> {
+        let target = r.texture_of(name, self.desc);
+        let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_filter", &[]));
+        let step = Reflections::read_by(coarse, step).read("noisy_reflections", noisy);
+        self.draw_lit(step, seen, target)
+    }
+
+    fn draw_lit(&self, step: Fullscreen<'_, '_>, seen: Seen<'_>, target: Handle) -> Result<Handle, ProgramError> {
+        let constants = [("side", self.side_px), ("patterned", u32::from(self.is_filtered))];
+        let step = step.constants(&constants).uniform("reflections", &self.uniform);
+        let is_of_pixels = self.side_px == 1 && seen.depth.desc().samples == 1;
+        let step = if is_of_pixels { step.over(PicturePart::Lit, seen.depth) } else { step };
+        step.draw_into(target, NOTHING)
+    }
+}
+
+/// What rays go through.
+struct Inputs<'i> {
+    seen: Seen<'i>,
+    /// The light that they meet.
+    met: &'i Handle,
+    pyramid: Handle,
+    coarse_radiance: Handle,
+    backs: Option<Handle>,
 }
 
 /// How far away the backs of bodies are, so that it is known where what is seen of them ends.

@@ -1,5 +1,7 @@
 // What the passes of reflections have in common.
 
+import package::constants::SHARP_ROUGHNESS;
+
 struct Reflections {
     distance_m: f32,
     // 1 / the length over which reflections fade out before the distance ends; 0 where they do not.
@@ -30,4 +32,26 @@ const FILTERED_ROUGHNESS: f32 = 0.1;
 
 fn filtered_share(roughness: f32) -> f32 {
     return smoothstep(0.0, FILTERED_ROUGHNESS, roughness);
+}
+
+// At half the picture's size, surfaces smoother than SHARP_ROUGHNESS have rays of each pixel, and from the first number
+// on they show more of the smaller picture.
+const SHARPEST_ROUGHNESS: f32 = 0.05;
+
+fn sharp_share(roughness: f32) -> f32 {
+    return 1.0 - smoothstep(SHARPEST_ROUGHNESS, SHARP_ROUGHNESS, roughness);
+}
+
+// Rays of rough surfaces have a second number in their share's channel, in whole steps: how much narrower the filter is
+// than at its widest, because what they meet is near. Half floats below 8 have room for 256 parts of a share.
+const NARROW_STEPS: f32 = 7.0;
+const SHARE_PARTS: f32 = 256.0;
+
+// A share above 0 as it can be packed beside so many steps.
+fn packable_share(share: f32, steps_narrower: f32) -> f32 {
+    return select(share, ceil(share * SHARE_PARTS) / SHARE_PARTS, steps_narrower > 0.0);
+}
+
+fn steps_narrower_of(packed: f32) -> f32 {
+    return max(ceil(packed) - 1.0, 0.0);
 }

@@ -10,12 +10,14 @@
 // - highlights of smooth surfaces are seen from where the eye is, and not from the mirror: they are cut;
 // - rays below the horizon are turned up, since their light is in the energy compensation.
 // Reads: G-buffer, linear_depth, reflections.pyramid, radiance, reflections.radiance. Writes: radiance of the hit times how much it is to be
-// trusted, and that share.
+// trusted, and that share, packed with how wide the filter is to be.
 // Program: reflections_trace.
 
 import package::view::{view, pixel_from_position_view, position_view_from_pixel};
 import package::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
-import package::passes::reflections::rays::{filtered_share, patterned, reflections, side};
+import package::passes::reflections::rays::{
+    NARROW_STEPS, filtered_share, packable_share, patterned, reflections, sharp_share, side,
+};
 import package::shaders::coarse::{pixel_of_texel, turn_in_square};
 import package::shaders::coarse_reflections::LIKENESS_REACH;
 import package::shaders::gbuffer_textures::{normal_world_at, surface_at};
@@ -40,6 +42,8 @@ import package::shaders::visible_normals::{reflected_likelihood, visible_normal}
 // 1 if there are mirrors in the picture, which follow no rays.
 override has_mirrors: u32 = 0u;
 override steps: u32 = 96u;
+// 1 if only surfaces that are smooth follow rays.
+override smooth_only: u32 = 0u;
 
 // How far away backs of bodies are, looked at with `has_backs` alone.
 @group(1) @binding(9) var back_distances: texture_2d<f32>;
@@ -66,6 +70,9 @@ const FOOTPRINT_SHARE: f32 = 0.25;
 
 // What a ray is within lies at least so high over the plane that it leaves, as the sine of an angle.
 const LEAST_RISE: f32 = 0.12;
+
+// Where half of the lobe is so wide, in texels, the filter is at its widest.
+const LOBE_WIDE_TEXELS: f32 = 3.0;
 
 // Where a ray ends.
 struct Hit {
@@ -214,15 +221,31 @@ fn refinement(hit: Hit, offset: vec2f) -> vec2f {
     return select(vec2f(0.0), offset, vec2<bool>(is_near && is_plane.x, is_near && is_plane.y));
 }
 
+// How wide a pixel is so far behind a flat mirror.
+fn pixel_in_mirror_m(center: Center, length_m: f32) -> f32 {
+    let whole_way_m = mix(length_m - center.position.z, 1.0, view.orthographic);
+    return 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y * whole_way_m;
+}
+
+// How much narrower than at its widest the filter is for what lies so far from the surface, in steps: there is no noise
+// where the lobe brings the same as its neighbours' do, and where it is a texel wide, they bring the same within that.
+fn steps_narrower(center: Center, length_m: f32, alpha: f32) -> f32 {
+    if patterned == 0u || alpha <= 0.0 {
+        return 0.0;
+    }
+    // A normal that is tilted by an angle turns the ray by twice as much.
+    let half_lobe_m = 2.0 * alpha * length_m;
+    let half_lobe_texels = half_lobe_m / (pixel_in_mirror_m(center, length_m) * f32(side));
+    return round(NARROW_STEPS * (1.0 - clamp(half_lobe_texels / LOBE_WIDE_TEXELS, 0.0, 1.0)));
+}
+
 // How wide in the picture is half of what a ray stands for, in pixels: its neighbours bring the same. It is a share of the
 // lobe, and where a flat mirror shows farther apart what the rays alike it bring, all between: else small lamps are missed
 // by all of them or found by one that counts as many.
-fn half_footprint_px(center: Center, hit: Hit, length_m: f32, likelihood: f32, rough: f32) -> f32 {
+fn half_footprint_px(center: Center, hit: Hit, length_m: f32, likelihood: f32, filtered: f32) -> f32 {
     let width_of_pixel = 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
     let of_lobe_m = 0.5 * length_m * sqrt(reflections.share_of_ray / likelihood);
-    // As a flat mirror shows it.
-    let whole_way_m = mix(length_m - center.position.z, 1.0, view.orthographic);
-    let spacing_m = reflections.spacing_px * rough * width_of_pixel * whole_way_m;
+    let spacing_m = reflections.spacing_px * filtered * pixel_in_mirror_m(center, length_m);
     let of_texels_m = min(spacing_m, FOOTPRINT_SHARE * length_m);
     let pixel_m = mix(-hit.position.z, 1.0, view.orthographic) * width_of_pixel;
     return max(of_lobe_m, of_texels_m) / pixel_m;
@@ -236,6 +259,9 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let roughness = traced_roughness(surface);
     var share = share_of_roughness(roughness, reflections.roughness_max);
     if !center.is_surface || share <= 0.0 || !is_traced(surface) {
+        return vec4f(0.0);
+    }
+    if smooth_only != 0u && sharp_share(roughness) <= 0.0 {
         return vec4f(0.0);
     }
     if has_mirrors != 0u {
@@ -258,13 +284,18 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let met_px = pixel_from_position_view(center.position + direction * length_m);
     let refined = select(refinement(hit, met_px - hit.middle_px), vec2f(0.0), hit.is_within);
     let uv = (hit.middle_px + refined) * view.inverse_size_px;
-    let footprint_px = half_footprint_px(center, hit, length_m, ray.likelihood, filtered_share(roughness));
+    let narrower = steps_narrower(center, length_m, alpha);
+    let filtered = filtered_share(roughness) * (1.0 - narrower / NARROW_STEPS);
+    let footprint_px = half_footprint_px(center, hit, length_m, ray.likelihood, filtered);
     let level = log2(max(footprint_px, 1e-3));
     let from_edge = min(uv, 1.0 - uv) / EDGE_FADE;
     share *= smoothstep(0.0, 1.0, min(from_edge.x, from_edge.y)) * smoothstep(0.0, 1.0, facing / FACING_FADE);
     share *= 1.0 - hit.behind * hit.behind;
     let left_m = reflections.distance_m - length(hit.position - center.position);
     share *= select(1.0, clamp(left_m * reflections.fade_per_m, 0.0, 1.0), reflections.fade_per_m > 0.0);
+    // Where nothing is to be trusted, there is nothing to pack either.
+    let packed_beside = select(0.0, narrower, share > 0.0);
+    share = packable_share(share, packed_beside);
     // Nothing of the background, which is not drawn yet. In GLSL a texture has one sampler.
     let smooth_texel = textureSampleLevel(scene_radiance, linear_clamp, uv, 0.0);
     let hit_texel = textureSampleLevel(scene_radiance, linear_clamp, hit.middle_px * view.inverse_size_px, 0.0);
@@ -274,5 +305,5 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     let radiance = mix(fine, coarse, clamp(level, 0.0, 1.0));
     let brightest = max(max(radiance.r, radiance.g), max(radiance.b, 1e-6));
     let brightness_max = min(reflections.radiance_max / max(alpha, 1e-6), RADIANCE_MAX);
-    return vec4f(max(radiance, vec3f(0.0)) * (min(brightness_max / brightest, 1.0) * share), share);
+    return vec4f(max(radiance, vec3f(0.0)) * (min(brightness_max / brightest, 1.0) * share), share + packed_beside);
 }
