@@ -1,5 +1,6 @@
 //! How far our pictures are from those that others publish of the same files, and from a path tracer's.
 
+mod as_published;
 mod made;
 mod options;
 mod pictures;

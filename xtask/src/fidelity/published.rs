@@ -1,6 +1,7 @@
 //! The table of published pictures.
 
 use super::Fidelity;
+use super::as_published::as_published;
 use super::pictures::{Distance, Encoding, Rendered, size_of};
 use super::scenarios::{self, Scenario};
 use crate::table::median;
@@ -103,7 +104,8 @@ fn row(run: &Fidelity, scenario: &Scenario) -> Result<Option<Row>> {
     let Some(environment) = &scenario.environment else { return Ok(None) };
     let model = scenario.model.as_ref().context("its model is not on this machine")?;
     let [viewer, cycles, filament] = [SAMPLE_VIEWER, CYCLES, FILAMENT].map(|renderer| scenario.picture(renderer));
-    let rendered = run.render(scenario, model, environment, size_of(&viewer)?)?;
+    let model = as_published(&scenario.name, model, &run.folder)?;
+    let rendered = run.render(scenario, &model, environment, size_of(&viewer)?)?;
     let name = &scenario.name;
     let pair = |reference, sheet: String| -> Result<Pair> {
         let ours = run.compare(reference, (&rendered.path, Encoding::Gamma), Some(&sheet))?;
