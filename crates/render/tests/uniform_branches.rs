@@ -35,10 +35,9 @@ type Place = (usize, usize);
 impl Walk<'_> {
     fn kind(&self, at: Handle<Expression>) -> Kind {
         match &self.function.expressions[at] {
-            Expression::Literal(_)
-            | Expression::Constant(_)
-            | Expression::Override(_)
-            | Expression::ZeroValue(_) => Kind::Constant,
+            Expression::Literal(_) | Expression::Constant(_) | Expression::Override(_) | Expression::ZeroValue(_) => {
+                Kind::Constant
+            }
             Expression::FunctionArgument(index) => self.arguments[*index as usize],
             Expression::GlobalVariable(global) => match self.module.global_variables[*global].space {
                 AddressSpace::Uniform => Kind::Uniform,
@@ -46,7 +45,8 @@ impl Walk<'_> {
             },
             Expression::LocalVariable(variable) => self.of_variable(*variable),
             Expression::AccessIndex { base, .. } => self.kind(*base),
-            Expression::Access { base, index } if self.kind(*index) == Kind::Constant => self.kind(*base),
+            // Numbers once loops are unrolled.
+            Expression::Access { base, index } if self.is_counted(*index) => self.kind(*base),
             Expression::Load { pointer } => self.kind(*pointer),
             Expression::Splat { value, .. } => self.kind(*value),
             Expression::Swizzle { vector, .. } => self.kind(*vector),
@@ -64,6 +64,24 @@ impl Walk<'_> {
             }
             Expression::CallResult(_) => self.results.get(&at).copied().unwrap_or(Kind::Varying),
             _ => Kind::Varying,
+        }
+    }
+
+    /// Whether an index is made of numbers and of variables that are given nothing else, such as counters of loops.
+    fn is_counted(&self, at: Handle<Expression>) -> bool {
+        match &self.function.expressions[at] {
+            Expression::Load { pointer } => match &self.function.expressions[*pointer] {
+                Expression::LocalVariable(variable) => {
+                    let stores = self.stores.get(variable).map_or(&[][..], |stores| &stores[..]);
+                    stores.iter().all(|value| match &self.function.expressions[*value] {
+                        Expression::Binary { right, .. } => self.kind(*right) == Kind::Constant,
+                        _ => self.kind(*value) == Kind::Constant,
+                    })
+                }
+                _ => false,
+            },
+            Expression::Binary { left, right, .. } => self.is_counted(*left) && self.is_counted(*right),
+            _ => self.kind(at) == Kind::Constant,
         }
     }
 
@@ -132,7 +150,11 @@ impl Walk<'_> {
 }
 
 /// All that is stored into variables as a whole.
-fn stores(function: &Function, block: &Block, into: &mut HashMap<Handle<naga::LocalVariable>, Vec<Handle<Expression>>>) {
+fn stores(
+    function: &Function,
+    block: &Block,
+    into: &mut HashMap<Handle<naga::LocalVariable>, Vec<Handle<Expression>>>,
+) {
     for statement in block {
         match statement {
             Statement::Store { pointer, value } => {
@@ -191,5 +213,10 @@ fn no_branch_depends_on_uniforms_alone() {
             }
         }
     }
-    assert!(faults.is_empty(), "{} branches depend on uniforms alone:\n{}", faults.len(), faults.iter().cloned().collect::<Vec<_>>().join("\n"));
+    assert!(
+        faults.is_empty(),
+        "{} branches depend on uniforms alone:\n{}",
+        faults.len(),
+        faults.iter().cloned().collect::<Vec<_>>().join("\n")
+    );
 }

@@ -50,10 +50,13 @@ struct LayerSample {
 // or of the anisotropy's. How another set lies to it nobody says, and tangents are taken as they are.
 fn tangent_rows(map: u32) -> array<vec4f, 2> {
     let row0 = layer_factors.maps[map * 2u];
-    if row0.w == material_factors.uv_rows[4].w {
-        return array(row0, layer_factors.maps[map * 2u + 1u]);
-    }
-    return array(vec4f(1.0, 0.0, 0.0, 0.0), vec4f(0.0, 1.0, 0.0, 0.0));
+    let row1 = layer_factors.maps[map * 2u + 1u];
+    // No branch, because it would depend on uniforms alone.
+    let is_same = row0.w == material_factors.uv_rows[4].w;
+    return array(
+        select(vec4f(1.0, 0.0, 0.0, 0.0), row0, is_same),
+        select(vec4f(0.0, 1.0, 0.0, 0.0), row1, is_same),
+    );
 }
 
 // Reads all maps, which has to be done before anything depends on the fragment.

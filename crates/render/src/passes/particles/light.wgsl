@@ -118,7 +118,8 @@ fn fs_particles_light(@builtin(position) position: vec4f) -> @location(0) vec4f 
     }
     let left = clamp(1.0 - at.w / max(life, 1e-6), 0.0, 1.0);
     var radiance = particles.color * particles.emission * left;
-    if particles.opacity > 0.0 {
+    // Depends on more than uniforms, see ARCHITECTURE.md.
+    if (particles.opacity > 0.0) & (position.x > -1.0) {
         let ndc = clamp(clip.xy / clip.w, vec2f(-1.0), vec2f(0.9999));
         let position_px = (ndc * vec2f(0.5, -0.5) + 0.5) * view.size_px;
         let distance_m = max(-(view.view_from_world * vec4f(at.xyz, 1.0)).z, 1e-3);

@@ -49,7 +49,7 @@ fn vs_particles(@builtin(vertex_index) vertex: u32, @builtin(instance_index) ind
     // Behind the eye, where nothing is drawn.
     out.position_clip = vec4f(0.0, 0.0, 2.0, 1.0);
     let middle = (view.view_from_world * vec4f(at.xyz, 1.0)).xyz;
-    if at.w < 0.0 || lit.a == 0.0 || (view.orthographic == 0.0 && -middle.z < NEAR_M) {
+    if (at.w < 0.0) | (lit.a == 0.0) | ((view.orthographic == 0.0) & (-middle.z < NEAR_M)) {
         return out;
     }
     let share = clamp(at.w / max(moves.w, 1e-6), 0.0, 1.0);

@@ -132,15 +132,15 @@ fn add_suns(has_source: bool) -> Source {
     var source = Source(vec4f(0.0, 1.0, 0.0, 0.0), vec3f(0.0));
     for (var i = 0u; i < 4u; i++) {
         let sun = probe_capture.sun_directions[i];
-        if dot(sun.xyz, sun.xyz) > 0.5 {
-            let found = Source(sun, probe_capture.sun_irradiances[i].rgb * sun_share(sun.xyz));
-            var weaker = found;
-            if has_source && dot(found.irradiance, vec3f(1.0)) > dot(source.irradiance, vec3f(1.0)) {
-                weaker = source;
-                source = found;
-            }
-            add_light(weaker.direction.xyz, weaker.irradiance);
+        let is_sun = dot(sun.xyz, sun.xyz) > 0.5;
+        let irradiance = probe_capture.sun_irradiances[i].rgb * sun_share(select(source.direction.xyz, sun.xyz, is_sun));
+        let found = Source(sun, select(vec3f(0.0), irradiance, is_sun));
+        var weaker = found;
+        if has_source & (dot(found.irradiance, vec3f(1.0)) > dot(source.irradiance, vec3f(1.0))) {
+            weaker = source;
+            source = found;
         }
+        add_light(weaker.direction.xyz, weaker.irradiance);
     }
     return source;
 }
@@ -159,6 +159,7 @@ fn cube_color(face: u32) -> vec3f {
 @fragment
 fn fs_probe_light(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let texel = u32(position.x);
+    // No branch looks at it, because it would depend on uniforms alone, see ARCHITECTURE.md.
     let is_cube = probe_capture.basis.x > 0.5;
     add_sides();
     let source = add_suns(!is_cube);
@@ -175,9 +176,7 @@ fn fs_probe_light(@builtin(position) position: vec4f) -> @location(0) vec4f {
         return vec4f(probe_capture.place.xyz, spread);
     }
     let index = texel - 1u;
-    if is_cube {
-        return vec4f(min(cube_color(index), vec3f(HALF_LARGEST)), 0.0);
-    }
+    let of_cube = vec4f(min(cube_color(index), vec3f(HALF_LARGEST)), 0.0);
     let strength = window_strength();
     let first = 1.0 / (1.0 + strength);
     let second = 1.0 / (1.0 + 2.0 * strength);
@@ -188,5 +187,8 @@ fn fs_probe_light(@builtin(position) position: vec4f) -> @location(0) vec4f {
     var others = array<f32, 8>(
         ninth.r, ninth.g, ninth.b, of_source.r, of_source.g, of_source.b, towards.x, towards.y
     );
-    return clamp(vec4f(light[index] * window, others[index]), vec4f(-HALF_LARGEST), vec4f(HALF_LARGEST));
+    // Six colours are fewer.
+    let at = min(index, 7u);
+    let of_lobes = clamp(vec4f(light[at] * window, others[at]), vec4f(-HALF_LARGEST), vec4f(HALF_LARGEST));
+    return select(of_lobes, of_cube, is_cube);
 }

@@ -39,6 +39,7 @@ fn form(row: u32, column: u32) -> vec3f {
 @fragment
 fn fs_probe_texels(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let place = vec2u(position.xy - probe_texels.corner.xy);
+    // No branch looks at it, because it would depend on uniforms alone, see ARCHITECTURE.md.
     let is_cube = probe_texels.corner.z > 0.5;
     if place.y + 1u == PROBE_HEIGHT {
         let of_place = found(0u);
@@ -59,10 +60,9 @@ fn fs_probe_texels(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let column = max(first, second);
     let sources = vec3f(found(4u).a, found(5u).a, found(6u).a);
     let source = select(select(sources.x, sources.y, of_height), sources.z, of_both);
-    if is_cube {
-        let is_side = row == column && row < 3u;
-        return vec4f(select(vec3f(0.0), side_color(min(row, 2u), of_signs[row]), is_side), 0.0);
-    }
+    let is_side = (row == column) & (row < 3u);
+    let of_cube = vec4f(select(vec3f(0.0), side_color(min(row, 2u), of_signs[row]), is_side), 0.0);
     let light = form(row, column) * of_signs[row] * of_signs[column];
-    return vec4f(clamp(light, vec3f(-HALF_LARGEST), vec3f(HALF_LARGEST)), source);
+    let of_lobes = vec4f(clamp(light, vec3f(-HALF_LARGEST), vec3f(HALF_LARGEST)), source);
+    return select(of_lobes, of_cube, is_cube);
 }
