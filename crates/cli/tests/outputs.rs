@@ -141,10 +141,10 @@ fn send(signal: &str, process: u32) {
 }
 
 /// The folder and the run of a call that was interrupted, with `args` behind those of a slow picture. On a busy machine
-/// it may not notice in time, and ends without a report: that is right, and tried again. One of five has to notice.
+/// it may not notice in time, and ends without a report: that is right, and tried again. One of twelve has to notice.
 #[cfg(unix)]
 fn interrupted(name: &str, signal: &str, args: &[&str], prepare: impl Fn(&Folder)) -> (Folder, Run) {
-    for _ in 0..5 {
+    for _ in 0..12 {
         let folder = Folder::new(name);
         prepare(&folder);
         let slow = ["render", "demo:hall", "-o", "out/a.png", "--size", "64x36", "--samples", "65536"];
@@ -160,7 +160,7 @@ fn interrupted(name: &str, signal: &str, args: &[&str], prepare: impl Fn(&Folder
             return (folder, run);
         }
     }
-    panic!("five times it did not notice the signal within 1.3 s");
+    panic!("twelve times it did not notice the signal within 1.3 s");
 }
 
 #[cfg(unix)]

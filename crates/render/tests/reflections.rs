@@ -306,7 +306,7 @@ fn more_samples_cut_less_of_what_is_bright() {
     };
     let ratios = [1, 4, 16, 63, 64, 256].map(|samples| light(&cut, samples) / light(&uncut, samples));
     println!("of what is uncut: {ratios:.4?}");
-    assert!(ratios.is_sorted_by(|fewer, more| *more > fewer - 0.002), "{ratios:?}");
+    assert!(ratios.is_sorted_by(|fewer, more| *more > fewer - 0.005), "{ratios:?}");
     // Texels that are bright for that cut count less in the filter, too.
     assert!(ratios[0] < 0.5 && ratios[2] > 0.6 && ratios[3] > 0.7 && ratios[4] > 0.99, "{ratios:?}");
 }

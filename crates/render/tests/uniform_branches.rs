@@ -196,27 +196,59 @@ fn look(module: &Module, function: &Function, arguments: Vec<Kind>, found: &mut 
     }
 }
 
+/// The lines of `source` whose branches depend on uniforms alone.
+fn faults_of(source: &str) -> BTreeSet<String> {
+    let module = naga::front::wgsl::parse_str(source).unwrap();
+    let mut found = BTreeSet::new();
+    for entry in &module.entry_points {
+        look(&module, &entry.function, vec![Kind::Varying; entry.function.arguments.len()], &mut found);
+    }
+    let line_at = |start: usize| {
+        let line = source[..start].rfind('\n').map_or(0, |at| at + 1);
+        source[line..].lines().next().unwrap_or_default().trim().to_owned()
+    };
+    found.into_iter().map(|(start, _)| line_at(start)).collect()
+}
+
+#[test]
+fn branches_on_uniforms_are_found_wherever_they_stand() {
+    let faults = faults_of(
+        "struct U { x: f32, n: u32, all: array<vec4f, 4> }
+        @group(0) @binding(0) var<uniform> u: U;
+        override steps: u32 = 4u;
+        fn chosen(is_wide: bool) -> f32 {
+            if is_wide { return 2.0; }
+            return 1.0;
+        }
+        @fragment
+        fn fs(@builtin(position) position: vec4f) -> @location(0) vec4f {
+            var sum = chosen((u.x > 0.5) & (position.x > 0.0));
+            for (var i = 0u; i < u.n; i++) { sum += 1.0; }
+            for (var i = 0u; i < steps; i++) {
+                if u.all[i].x > 0.0 { sum += position.y; }
+                if u.all[i].y > position.y { sum += 1.0; }
+            }
+            switch u.n { case 1u: { sum = 0.0; } default: {} }
+            sum += chosen(u.x > 0.5);
+            return vec4f(sum);
+        }",
+    );
+    let expected = ["for (var i = 0u; i < u.n", "if u.all[i].x > 0.0", "switch u.n", "chosen(is_wide"];
+    for line in expected {
+        assert!(faults.iter().any(|fault| fault.contains(line)), "{line} is not among {faults:?}");
+    }
+    assert_eq!(faults.len(), expected.len(), "{faults:?}");
+}
+
 #[test]
 fn no_branch_depends_on_uniforms_alone() {
+    assert!(PROGRAMS.len() > 30);
     let mut faults = BTreeSet::new();
     for (name, _, sources) in PROGRAMS {
         for source in *sources {
-            let module = naga::front::wgsl::parse_str(source).unwrap();
-            let mut found = BTreeSet::new();
-            for entry in &module.entry_points {
-                let arguments = vec![Kind::Varying; entry.function.arguments.len()];
-                look(&module, &entry.function, arguments, &mut found);
-            }
-            for (start, _) in found {
-                let line = source[..start].rfind('\n').map_or(0, |at| at + 1);
-                faults.insert(format!("{name}: {}", source[line..].lines().next().unwrap_or_default().trim()));
-            }
+            faults.extend(faults_of(source).into_iter().map(|line| format!("{name}: {line}")));
         }
     }
-    assert!(
-        faults.is_empty(),
-        "{} branches depend on uniforms alone:\n{}",
-        faults.len(),
-        faults.iter().cloned().collect::<Vec<_>>().join("\n")
-    );
+    let lines = faults.iter().cloned().collect::<Vec<_>>().join("\n");
+    assert!(faults.is_empty(), "{} branches depend on uniforms alone:\n{lines}", faults.len());
 }

@@ -68,6 +68,13 @@ pub struct DecalLook {
     pub opacity: DecalOpacity,
 }
 
+impl DecalLook {
+    /// Whether it makes what it covers smoother than `roughness` somewhere; its image may say anything.
+    pub fn may_be_smooth(&self, roughness: f32) -> bool {
+        self.opacity.roughness > 0.0 && (self.roughness < roughness || self.rough_metal_image.is_some())
+    }
+}
+
 impl Default for DecalLook {
     fn default() -> Self {
         Self {

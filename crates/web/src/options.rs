@@ -62,7 +62,9 @@ impl Options {
     pub fn has_light_of(&self, other: &Self) -> bool {
         let light = |options: &Self| {
             let settings = &options.settings;
-            (settings.environment.clone(), settings.fog.clone(), settings.shadows.clone())
+            // Where exposure is metered, lamps of files have another unit.
+            let is_metered = matches!(settings.exposure, Exposure::Auto { .. });
+            (settings.environment.clone(), settings.fog.clone(), settings.shadows.clone(), is_metered)
         };
         light(self) == light(other)
     }

@@ -17,7 +17,7 @@ use crate::request::FrameRequest;
 use manypass_scene::sky::{SKY_UNIT_NIT, SUN_LUX};
 use manypass_scene::{LightKind, Scene};
 
-/// Whether lights of a scene are lamps in candela, or more than sunlight in lux.
+/// Whether lights of a scene are lamps in candela, or brighter than the sun would be in the unit of the sky.
 fn has_lamps(scene: &Scene) -> bool {
     let sun = SUN_LUX as f32 / SKY_UNIT_NIT;
     scene.lights.iter().any(|light| light.kind != LightKind::Directional || light.intensity > sun)

@@ -3,7 +3,7 @@
 use super::Renderer;
 use super::asked::{Asked, ViewPart};
 use super::output::ViewState;
-use crate::constants::DECAL_EMISSION;
+use crate::constants::{DECAL_EMISSION, SHARP_ROUGHNESS};
 use crate::decals::{DecalTable, SharedDecals, find_touched};
 use crate::draws::{DrawList, WorldDraws};
 use crate::lens::SampleView;
@@ -36,6 +36,7 @@ impl<'s> World<'s> {
         draws.update(scene, resources);
         let table = DecalTable::new(scene, &resources.decals);
         draws.glows |= table.parts & DECAL_EMISSION != 0;
+        draws.may_be_smooth |= scene.decals.iter().any(|decal| decal.look.may_be_smooth(SHARP_ROUGHNESS));
         if table != *draws.decals.0 {
             draws.decals = SharedDecals(Arc::new(table));
         }

@@ -96,6 +96,8 @@ pub(super) struct ProbeLighting {
     fog: FogSettings,
     shading: ShadingSettings,
     light_subset: Option<(u32, u32)>,
+    /// What lights of the scene are multiplied by.
+    lamp_scale: f32,
 }
 
 impl ProbeLighting {
@@ -110,6 +112,7 @@ impl ProbeLighting {
             fog: settings.fog.clone(),
             shading: settings.shading.clone(),
             light_subset: request.light_subset,
+            lamp_scale: request.lamp_scale(),
         }
     }
 }

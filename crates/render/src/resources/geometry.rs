@@ -11,6 +11,7 @@ use manypass_scene::turns::{Turns, at_once, give_turn};
 use manypass_scene::variants::material_in;
 use manypass_scene::{Aabb, Mesh, Primitive, Topology};
 use range_alloc::RangeAllocator;
+use std::collections::hash_map::Entry;
 use std::collections::{HashMap, HashSet};
 use std::ops::Range;
 use std::sync::{Arc, Weak};
@@ -276,14 +277,17 @@ impl Geometry {
         let mut written_bytes = 0;
         self.meshes = Vec::with_capacity(meshes.len());
         for mesh in meshes {
-            let source = Arc::as_ptr(mesh);
-            if !known.contains_key(&source) {
-                let (uploaded, displacement_bytes) = self.upload(gpu, mesh, &mut expected, turns).await;
-                written_bytes += displacement_bytes;
-                known.insert(source, Arc::new(uploaded));
-                give_turn(turns).await;
-            }
-            self.meshes.extend(known.get(&source).cloned());
+            let mesh = match known.entry(Arc::as_ptr(mesh)) {
+                Entry::Occupied(of_mesh) => of_mesh.get().clone(),
+                Entry::Vacant(place) => {
+                    let (uploaded, displacement_bytes) = self.upload(gpu, mesh, &mut expected, turns).await;
+                    written_bytes += displacement_bytes;
+                    let uploaded = place.insert(Arc::new(uploaded)).clone();
+                    give_turn(turns).await;
+                    uploaded
+                }
+            };
+            self.meshes.push(mesh);
         }
         self.primitives.clear();
         self.of_mesh.clear();

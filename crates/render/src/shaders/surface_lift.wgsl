@@ -8,8 +8,8 @@ import package::shaders::surface_vertex::SurfaceVarying;
 
 // Of the planes' mean height: a ball lies at half of it, at any point of a chord.
 const LIFT_SHARE: f32 = 0.5;
-// How much shorter the square of an interpolated normal is at least where normals differ, a third of a degree; below
-// that it is rounding.
+// How much shorter the square of an interpolated normal is at least where normals differ: in the middle of an edge whose
+// normals lie 0.63 degrees apart. Below that it is rounding.
 const BEND_MIN: f32 = 3e-5;
 
 // Pixels; 0 where the surface is flat or lies below the triangle.

@@ -201,10 +201,10 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
     // The branch depends on more than uniforms, see ARCHITECTURE.md.
     if (in.position_clip.x >= 0.0) & (sample.surface.shading_model != SHADING_MODEL_UNLIT) {
         var shading = shading_at(sample.surface, in.position_world);
+        let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
         if shadowed != 0u {
             shading.facet_normal = select(-facet_normal, facet_normal, dot(facet_normal, shading.to_eye) >= 0.0);
             shading.is_flat = dot(shading.facet_normal, shading.normal) > FLAT_LIKENESS_MIN;
-            let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
             shading.lift_m = sample.surface.lift_px * pixel_height_m(distance_m);
         }
         @if(relief) {
@@ -239,7 +239,6 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
             }
         }
         if lights_of == LIGHTS_OF_CLUSTERS {
-            let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
             sums = light_sums(in.position_clip.xy, distance_m, in.position_world, shading);
         } else if lights_of < LIGHTS_OF_REFLECTIONS {
             let first = light_batch.first.x;

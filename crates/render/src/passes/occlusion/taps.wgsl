@@ -81,11 +81,12 @@ fn stand_of_texel(texel: vec2i) -> Stand {
 // Where the pixels on both sides of a texel's lie on one plane, and its own below that by less than what tells surfaces
 // apart, it stands for that plane.
 fn bridged(stand: Stand, seen_m: f32, step: vec2i) -> Stand {
-    let before = stand.pixel - step;
-    let after = stand.pixel + step;
+    let last = vec2i(view.size_px) - 1;
+    let before = clamp(stand.pixel - step, vec2i(0), last);
+    let after = clamp(stand.pixel + step, vec2i(0), last);
     let from_m = distance_at(before);
     let to_m = distance_at(after);
-    let is_inside = all(min(before, after) >= vec2i(0)) && all(max(before, after) < vec2i(view.size_px));
+    let is_inside = all(after - before == 2 * step);
     if !is_inside || max(max(from_m, to_m), seen_m) >= DISTANCE_BACKGROUND_M {
         return stand;
     }

@@ -93,9 +93,10 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
     var first_brightness = 0.0;
     var second_brightness = 0.0;
     var most_trusted = 0.0;
-    for (var y = -reach; y <= reach; y++) {
-        for (var x = -reach; x <= reach; x++) {
-            let step = vec2f(vec2i(x, y));
+    let across = u32(2 * reach + 1);
+    for (var y = 0u; y < across; y++) {
+        for (var x = 0u; x < across; x++) {
+            let step = vec2f(vec2u(x, y)) - f32(reach);
             let middle = position.xy + step;
             let is_inside = all(middle > vec2f(0.0)) && all(middle < size);
             let middle_px = middle_of_texel(max(middle - 0.5, vec2f(0.0)), side);
@@ -107,8 +108,8 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
             let other = texel_at(middle * texel_size);
             let texel = other.found;
             let brightest = max(texel.r, max(texel.g, texel.b));
-            // What is near to one of the two and not to the other is neither's to share. All weights of a reach add up to
-            // its square: divided by that, light that one texel gives is what another gets.
+            // Two texels share light only within the smaller of their reaches. All weights of a reach add up to its square:
+            // divided by that, light that one texel gives is what another gets.
             let shared_reach = min(own_texel.reach, other.reach);
             let narrow = max(vec2f(1.0) - abs(step) / shared_reach, vec2f(0.0));
             let whole = select(like * narrow.x * narrow.y * rough, 1.0, is_own) / (shared_reach * shared_reach);

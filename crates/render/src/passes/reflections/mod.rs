@@ -3,9 +3,10 @@
 //! Sources: rays in the picture (McGuire & Mara 2014, "Efficient GPU Screen-Space Ray Tracing") over a pyramid of least
 //! distances (Uludag 2014, "Hi-Z Screen-Space Cone-Traced Reflections"), to visible normals of GGX (Heitz 2018); what
 //! differs from them stands in `trace.wgsl`. Each sample of a still has another ray, so that their mean converges; that
-//! of few samples is a pattern of 4 × 4 texels, which `reflections.filter` takes out. `reflections.compose` puts what
-//! was found in the place of the environment's specular light, of the same surface and with the same shares; surfaces
-//! that are shaded where they are drawn do that themselves.
+//! of few samples is a pattern of 4 × 4 texels, which `reflections.filter` takes out. Where rays are of half the size,
+//! `reflections.smooth` follows those of each pixel of smooth surfaces, and `reflections.sharpen` puts both together.
+//! `reflections.compose` puts what was found in the place of the environment's specular light, of the same surface and
+//! with the same shares; surfaces that are shaded where they are drawn do that themselves.
 //! Reads: G-buffer, linear_depth, occlusion, radiance. Writes: radiance.
 
 mod settings;

@@ -13,7 +13,7 @@
 // trusted, and that share, packed with how wide the filter is to be.
 // Program: reflections_trace.
 
-import package::view::{view, pixel_from_position_view, position_view_from_pixel};
+import package::view::{view, pixel_from_position_view, pixel_height_m, position_view_from_pixel};
 import package::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 import package::passes::reflections::rays::{
     NARROW_STEPS, filtered_share, packable_share, patterned, reflections, sharp_share, side,
@@ -223,8 +223,7 @@ fn refinement(hit: Hit, offset: vec2f) -> vec2f {
 
 // How wide a pixel is so far behind a flat mirror.
 fn pixel_in_mirror_m(center: Center, length_m: f32) -> f32 {
-    let whole_way_m = mix(length_m - center.position.z, 1.0, view.orthographic);
-    return 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y * whole_way_m;
+    return pixel_height_m(length_m - center.position.z);
 }
 
 // How much narrower than at its widest the filter is for what lies so far from the surface, in steps: there is no noise
@@ -243,11 +242,10 @@ fn steps_narrower(center: Center, length_m: f32, alpha: f32) -> f32 {
 // lobe, and where a flat mirror shows farther apart what the rays alike it bring, all between: else small lamps are missed
 // by all of them or found by one that counts as many.
 fn half_footprint_px(center: Center, hit: Hit, length_m: f32, likelihood: f32, filtered: f32) -> f32 {
-    let width_of_pixel = 2.0 * view.view_from_ndc_scale.y * view.inverse_size_px.y;
     let of_lobe_m = 0.5 * length_m * sqrt(reflections.share_of_ray / likelihood);
     let spacing_m = reflections.spacing_px * filtered * pixel_in_mirror_m(center, length_m);
     let of_texels_m = min(spacing_m, FOOTPRINT_SHARE * length_m);
-    let pixel_m = mix(-hit.position.z, 1.0, view.orthographic) * width_of_pixel;
+    let pixel_m = pixel_height_m(-hit.position.z);
     return max(of_lobe_m, of_texels_m) / pixel_m;
 }
 

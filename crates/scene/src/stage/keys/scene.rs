@@ -9,7 +9,7 @@ const KINDS: &[&str] = &["point", "spot", "directional"];
 /// Lights that are added or changed.
 pub(in crate::stage) const LIGHTS: StageTable = StageTable {
     name: "lights",
-    doc: "A light: a new one if it has a `kind`; else every light of the model with that `name` is changed.",
+    doc: "A light: a new one if it has a `kind`; else every light of the model with that `name` is changed. Under a sky lights of a stage and of its model are not in the unit of daylight.",
     keys: &[
         key("kind", StageType::Word(KINDS), "What a new light is."),
         key(
