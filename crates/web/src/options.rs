@@ -63,7 +63,7 @@ impl Options {
         let light = |options: &Self| {
             let settings = &options.settings;
             // Where exposure is metered, lamps of files have another unit.
-            let is_metered = matches!(settings.exposure, Exposure::Auto { .. });
+            let is_metered = matches!(settings.exposure.stops, Exposure::Auto { .. });
             (settings.environment.clone(), settings.fog.clone(), settings.shadows.clone(), is_metered)
         };
         light(self) == light(other)
