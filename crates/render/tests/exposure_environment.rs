@@ -181,8 +181,9 @@ fn lamps_of_a_file_do_not_outshine_the_day() {
     for source in [Environment::File, Environment::Sky] {
         let (unlit, _) = exposed(&mut renderer, &plain, of(&plain, source));
         let (day, metering) = exposed(&mut renderer, &lamp, of(&lamp, source));
-        // It gives less than a fifth of what the sun does.
-        assert!((day - unlit).abs() < 0.3 && metering.lamp_stops == -15.0, "{day} and {unlit}: {metering:?}");
+        // It gives half of what the sun does at the most.
+        assert!((day - unlit).abs() < 0.6, "{day} and {unlit}: {metering:?}");
+        assert!((-15.0..-4.0).contains(&metering.lamp_stops), "{metering:?}");
         let mut request = of(&lamp, source);
         renderer.expose(&lamp, &mut request, Exposure::Scene).unwrap();
         let share = white_share(&mut renderer, &lamp, &request);

@@ -69,8 +69,9 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
     }
     let roughness = traced_roughness(surface_at(pixel));
     // What there is of a smaller picture where this is of smooth surfaces.
-    let coarse = reflected_at(position.xy, distance_m, normal_world_at(pixel));
-    let sharp = select(1.0, sharp_share(roughness), reflections_side != 0u);
+    let normal_world = normal_world_at(pixel);
+    let coarse = reflected_at(position.xy, distance_m, normal_world);
+    let sharp = select(1.0, sharp_share(pixel, normal_world, roughness), reflections_side != 0u);
     if sharp <= 0.0 {
         return coarse;
     }

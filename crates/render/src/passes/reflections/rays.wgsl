@@ -1,6 +1,8 @@
 // What the passes of reflections have in common.
 
 import package::constants::SHARP_ROUGHNESS;
+import package::shaders::gbuffer_textures::normal_world_at;
+import package::view::view;
 
 struct Reflections {
     distance_m: f32,
@@ -38,8 +40,22 @@ fn filtered_share(roughness: f32) -> f32 {
 // on they show more of the smaller picture.
 const SHARPEST_ROUGHNESS: f32 = 0.05;
 
-fn sharp_share(roughness: f32) -> f32 {
-    return 1.0 - smoothstep(SHARPEST_ROUGHNESS, SHARP_ROUGHNESS, roughness);
+// A curved mirror sees so little of the picture that its hits are dots: it shows the smaller picture, too. How much the
+// normal turns over two pixels, on the side on which it turns less, as 1 - cos: from 0.3 degrees on, up to 1 degree.
+const FLAT_TURN: f32 = 1.4e-5;
+const CURVED_TURN: f32 = 1.5e-4;
+
+fn turn_to(pixel: vec2i, normal: vec3f, step: vec2i) -> f32 {
+    let last = vec2i(view.size_px) - 1;
+    let before = dot(normal, normal_world_at(clamp(pixel - step, vec2i(0), last)));
+    let after = dot(normal, normal_world_at(clamp(pixel + step, vec2i(0), last)));
+    return 1.0 - max(before, after);
+}
+
+fn sharp_share(pixel: vec2i, normal: vec3f, roughness: f32) -> f32 {
+    let turn = max(turn_to(pixel, normal, vec2i(2, 0)), turn_to(pixel, normal, vec2i(0, 2)));
+    let flatness = 1.0 - smoothstep(FLAT_TURN, CURVED_TURN, turn);
+    return flatness * (1.0 - smoothstep(SHARPEST_ROUGHNESS, SHARP_ROUGHNESS, roughness));
 }
 
 // Rays of rough surfaces have a second number in their share's channel, in whole steps: how much narrower the filter is

@@ -259,7 +259,7 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     if !center.is_surface || share <= 0.0 || !is_traced(surface) {
         return vec4f(0.0);
     }
-    if smooth_only != 0u && sharp_share(roughness) <= 0.0 {
+    if smooth_only != 0u && sharp_share(pixel, surface.normal_world, roughness) <= 0.0 {
         return vec4f(0.0);
     }
     if has_mirrors != 0u {
