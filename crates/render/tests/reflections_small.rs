@@ -10,7 +10,7 @@ mod common;
 use common::plain_request;
 use common::shadows::{perspective, radiance, shared};
 use glam::{Quat, Vec3};
-use manypass::{FrameRequest, Resolution};
+use manypass::{Environment, FrameRequest, Resolution};
 use manypass_scene::{Material, Node, Scene, primitives};
 use manypass_testkit::build::{SceneBuilder, at, grey};
 use std::f32::consts::FRAC_PI_2;
@@ -157,4 +157,39 @@ fn what_stands_on_a_glossy_floor_is_sharp_where_it_does() {
     let off = sum(&found, &expected) / sum(&expected, &bare);
     println!("off by {off} of the light");
     assert!(off < BLUR_MAX, "{off}");
+}
+
+/// Balls of polished metal see so little of each other that single rays leave dots: they show the smaller picture.
+#[test]
+fn balls_that_reflect_each_other_have_no_dots() {
+    let mut builder = SceneBuilder::new(Vec3::new(0.0, 0.0, 6.0), Vec3::ZERO, perspective());
+    for i in 0..20u8 {
+        let place = Vec3::new(f32::from(i % 5) - 2.0, f32::from(i / 5) - 1.5, 0.0);
+        builder.put(primitives::uv_sphere(0.4, 48, 24), metal(0.0), at(place));
+    }
+    let rotation = Quat::from_rotation_x(FRAC_PI_2);
+    builder.put(primitives::plane(40.0), bulb(0.3), Node { rotation, ..at(Vec3::new(0.0, 0.0, -0.6)) });
+    let scene = builder.finish();
+    let mut renderer = shared();
+    renderer.unload();
+    renderer.load(&scene).unwrap();
+    let mut dots = |is_reflecting: bool| {
+        let request = request(&scene, Resolution::Half).with(|settings| {
+            settings.environment.source = Environment::Color([0.8; 3]);
+            settings.reflections.enabled = is_reflecting.into();
+        });
+        let found = radiance(&mut renderer, &scene, &request, 8);
+        let value = |x: usize, y: usize| found[y * SIZE.0 as usize + x][1];
+        let pixels = (1..SIZE.1 as usize - 1).flat_map(|y| (1..SIZE.0 as usize - 1).map(move |x| (x, y)));
+        let is_lonely = |(x, y): &(usize, usize)| {
+            let around = (0..9).filter(|i| *i != 4).map(|i| value(x + i % 3 - 1, y + i / 3 - 1));
+            let (least, greatest) = around.fold((f32::MAX, 0.0f32), |(a, b), v| (a.min(v), b.max(v)));
+            value(*x, *y) < least - 0.005 || value(*x, *y) > greatest + 0.005
+        };
+        pixels.filter(is_lonely).count()
+    };
+    let (with, without) = (dots(true), dots(false));
+    println!("{with} dots, {without} without reflections");
+    // With a ray of each pixel there are 17.
+    assert!(with <= without + 4, "{with} dots, {without} without reflections");
 }

@@ -2,9 +2,9 @@
 //!
 //! `KHR_lights_punctual` is in candela and lux. Under the sky 1 stands for [`SKY_UNIT_NIT`], and a picture in which a
 //! sun was found is taken for daylight in the same unit: lamps that were added as they are would be brighter than the
-//! sun. So they are dimmed, as a photographer dims them, until the strongest gives the model half of what the sun does,
-//! but by no more than that unit, in which they would be what they are by day: nothing. An environment of more than 1
-//! times its own brightness is in a unit so much nearer to theirs, and at [`SKY_UNIT_NIT`] they are added as they are.
+//! sun. So they are dimmed until the strongest gives the model half of what the sun does. They are divided by that unit
+//! at the most: then they are as weak as such lamps are by day. The more `environment.intensity` is above 1, the nearer
+//! both units are, and at [`SKY_UNIT_NIT`] lamps are added as they are.
 //!
 //! Lamps stay as they are:
 //! - of stages and of scenes made by code, which are set by eye in the picture;
@@ -19,10 +19,12 @@ use crate::request::FrameRequest;
 use manypass_scene::sky::{SKY_UNIT_NIT, SUN_LUX};
 use manypass_scene::{LightKind, NodeId, Scene};
 
+/// What the sun gives a surface across its way at noon, in the unit of the sky.
+const SUNLIGHT: f32 = SUN_LUX as f32 / SKY_UNIT_NIT;
+
 /// Whether lights of a scene are lamps in candela, or brighter than the sun would be in the unit of the sky.
 fn has_lamps(scene: &Scene) -> bool {
-    let sun = SUN_LUX as f32 / SKY_UNIT_NIT;
-    scene.lights.iter().any(|light| light.kind != LightKind::Directional || light.intensity > sun)
+    scene.lights.iter().any(|light| light.kind != LightKind::Directional || light.intensity > SUNLIGHT)
 }
 
 /// A model is taken to stand at least so far from its lamps, as a share of the diagonal of its box.
@@ -54,7 +56,7 @@ fn strongest_lux(scene: &Scene) -> f32 {
 fn sunlight(scene: &Scene, environment: Environment) -> f32 {
     let of_picture = scene.environment.as_ref().filter(|_| environment == Environment::File);
     let light = of_picture.and_then(|map| map.light.as_ref());
-    light.map_or(SUN_LUX as f32 / SKY_UNIT_NIT, |light| luminance(light.irradiance) as f32)
+    light.map_or(SUNLIGHT, |light| luminance(light.irradiance) as f32)
 }
 
 /// Whether the environment is in the unit of daylight: the sky by day and by night, or a picture with a sun.

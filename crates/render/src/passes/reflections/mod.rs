@@ -4,9 +4,9 @@
 //! distances (Uludag 2014, "Hi-Z Screen-Space Cone-Traced Reflections"), to visible normals of GGX (Heitz 2018); what
 //! differs from them stands in `trace.wgsl`. Each sample of a still has another ray, so that their mean converges; that
 //! of few samples is a pattern of 4 × 4 texels, which `reflections.filter` takes out. Where rays are of half the size,
-//! `reflections.smooth` follows those of each pixel of smooth surfaces, and `reflections.sharpen` puts both together.
-//! `reflections.compose` puts what was found in the place of the environment's specular light, of the same surface and
-//! with the same shares; surfaces that are shaded where they are drawn do that themselves.
+//! `reflections.smooth` follows those of each pixel of flat smooth surfaces, and `reflections.sharpen` puts both
+//! together. `reflections.compose` puts what was found in the place of the environment's specular light, of the same
+//! surface and with the same shares; surfaces that are shaded where they are drawn do that themselves.
 //! Reads: G-buffer, linear_depth, occlusion, radiance. Writes: radiance.
 
 mod settings;
@@ -265,7 +265,7 @@ struct Tracing<'s> {
     side_px: u32,
     /// Whether its noise is a pattern, which is taken out.
     is_filtered: bool,
-    /// Whether smooth surfaces alone follow rays.
+    /// Whether flat smooth surfaces alone follow rays.
     smooth_only: bool,
 }
 
@@ -308,8 +308,8 @@ impl<'s> Tracing<'s> {
         Ok(Reflections { texture, side_px: 1, ..coarse })
     }
 
-    /// The same for each pixel of smooth surfaces, if there may be any: edges in mirrors are as sharp as others. At a
-    /// quarter of the size they are not, because then speed is asked for.
+    /// The same for each pixel of flat smooth surfaces, if there may be any: edges in mirrors are as sharp as others. At
+    /// a quarter of the size they are not, because then speed is asked for.
     fn sharp(&self, r: &Recorder<'_, '_>) -> Option<Self> {
         let is_asked = self.settings.resolution == Resolution::Half && r.frame.world.may_be_smooth;
         is_asked.then(|| Self {

@@ -42,7 +42,7 @@ import package::shaders::visible_normals::{reflected_likelihood, visible_normal}
 // 1 if there are mirrors in the picture, which follow no rays.
 override has_mirrors: u32 = 0u;
 override steps: u32 = 96u;
-// 1 if only surfaces that are smooth follow rays.
+// 1 if only surfaces that are smooth and flat follow rays.
 override smooth_only: u32 = 0u;
 
 // How far away backs of bodies are, looked at with `has_backs` alone.
