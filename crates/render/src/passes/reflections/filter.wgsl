@@ -75,7 +75,8 @@ fn fs_reflections_filter(@builtin(position) position: vec4f) -> @location(0) vec
     if sharp <= 0.0 {
         return coarse;
     }
-    if patterned == 0u {
+    // Over a smaller picture, a ray that brings nothing is shown as such, whatever is beside it.
+    if patterned == 0u || (reflections_side != 0u && own.a <= 0.0) {
         return mix(coarse, own, sharp);
     }
     let rough = select(filtered_share(roughness), 0.0, reflections_side != 0u);

@@ -298,13 +298,16 @@ impl<'s> Tracing<'s> {
             coarse_radiance: record_coarse_radiance(r, met)?,
             backs: if self.settings.thickness_m > 0.0 { None } else { Some(record_backs(r)?) },
         };
-        let found = self.record_rays(r, "reflections", &inputs)?;
-        let texture =
-            if self.is_filtered { self.record_filter(r, "reflections.filter", seen, (&found, None))? } else { found };
+        let rays = self.record_rays(r, "reflections", &inputs, None)?;
+        let filtered =
+            self.is_filtered.then(|| self.record_filter(r, "reflections.filter", seen, (&rays, None))).transpose()?;
+        let sharp = self.sharp(r);
+        let sharp_rays =
+            sharp.as_ref().map(|sharp| sharp.record_rays(r, "reflections.smooth", &inputs, Some(&rays))).transpose()?;
+        let texture = filtered.unwrap_or(rays);
         let coarse = Reflections { texture, side_px: self.side_px, roughness_max: self.settings.roughness_max };
-        let Some(sharp) = self.sharp(r) else { return Ok(coarse) };
-        let found = sharp.record_rays(r, "reflections.smooth", &inputs)?;
-        let texture = sharp.record_filter(r, "reflections.sharpen", seen, (&found, Some(&coarse)))?;
+        let (Some(sharp), Some(sharp_rays)) = (sharp, sharp_rays) else { return Ok(coarse) };
+        let texture = sharp.record_filter(r, "reflections.sharpen", seen, (&sharp_rays, Some(&coarse)))?;
         Ok(Reflections { texture, side_px: 1, ..coarse })
     }
 
@@ -321,11 +324,13 @@ impl<'s> Tracing<'s> {
         })
     }
 
+    /// Follows rays; where flat smooth surfaces alone do, those near `coarse` ones that met something.
     fn record_rays(
         &self,
         r: &mut Recorder<'_, '_>,
         name: &'static str,
         inputs: &Inputs<'_>,
+        coarse: Option<&Handle>,
     ) -> Result<Handle, ProgramError> {
         let Inputs { seen, met, pyramid, coarse_radiance, backs } = inputs;
         let target = r.texture_of(name, self.desc);
@@ -336,6 +341,10 @@ impl<'s> Tracing<'s> {
         let step = match backs {
             Some(backs) => step.constant("has_backs", 1).read("back_distances", backs),
             None => step.stand_in("back_distances"),
+        };
+        let step = match coarse {
+            Some(rays) => step.read("coarse_reflections", rays),
+            None => step.stand_in("coarse_reflections"),
         };
         let step = match seen.mirrored {
             Some(mirrored) => step.constant("has_mirrors", 1).read("mirrored", mirrored),

@@ -9,7 +9,7 @@
 // Sampling"), by the share of the lobe and by how far away the next texel has a ray like it;
 // - highlights of smooth surfaces are seen from where the eye is, and not from the mirror: they are cut;
 // - rays below the horizon are turned up, since their light is in the energy compensation.
-// Reads: G-buffer, linear_depth, reflections.pyramid, radiance, reflections.radiance. Writes: radiance of the hit times how much it is to be
+// Reads: G-buffer, linear_depth, reflections.pyramid, radiance, reflections.radiance, coarse_reflections. Writes: radiance of the hit times how much it is to be
 // trusted, and that share, packed with how wide the filter is to be.
 // Program: reflections_trace.
 
@@ -49,6 +49,9 @@ override smooth_only: u32 = 0u;
 @group(1) @binding(9) var back_distances: texture_2d<f32>;
 
 override has_backs: u32 = 0u;
+
+// What rays of half the picture's size brought, looked at with `smooth_only` alone.
+@group(1) @binding(10) var coarse_reflections: texture_2d<f32>;
 
 // Rays towards the eye end at this share of the distance at which they begin.
 const NEAREST_SHARE: f32 = 0.05;
@@ -121,6 +124,18 @@ fn reflected_ray(center: Center, alpha: f32, noise: vec2f) -> Ray {
     let direction = reflected + center.normal * (2.0 * max(-dot(reflected, center.normal), 0.0));
     let a2 = max(alpha * alpha, 1e-12);
     return Ray(direction, reflected_likelihood(local, to_eye, a2));
+}
+
+// Whether any of the 3 × 3 texels of the smaller picture around a pixel brought something.
+fn has_coarse_hit(position_px: vec2f) -> bool {
+    let middle = vec2i(position_px) / 2;
+    let last = vec2i(textureDimensions(coarse_reflections)) - 1;
+    var share = 0.0;
+    for (var i = 0u; i < 9u; i++) {
+        let texel = clamp(middle + vec2i(vec2u(i % 3u, i / 3u)) - 1, vec2i(0), last);
+        share = max(share, textureLoad(coarse_reflections, texel, 0).a);
+    }
+    return share > 0.0;
 }
 
 fn normal_view_at(middle_px: vec2f) -> vec3f {
@@ -259,8 +274,12 @@ fn fs_reflections_trace(@builtin(position) position: vec4f) -> @location(0) vec4
     if !center.is_surface || share <= 0.0 || !is_traced(surface) {
         return vec4f(0.0);
     }
-    if smooth_only != 0u && sharp_share(pixel, surface.normal_world, roughness) <= 0.0 {
-        return vec4f(0.0);
+    if smooth_only != 0u {
+        // Where no ray of the smaller picture met anything nearby, those of pixels do not either.
+        let is_near_hit = has_coarse_hit(position.xy);
+        if !is_near_hit || sharp_share(pixel, surface.normal_world, roughness) <= 0.0 {
+            return vec4f(0.0);
+        }
     }
     if has_mirrors != 0u {
         if textureLoad(mirrored, pixel, 0).a > 0.0 {
