@@ -97,7 +97,7 @@ impl Finish {
 }
 
 /// A scene in the same light from everywhere.
-struct Stage {
+struct Setup {
     name: &'static str,
     builder: SceneBuilder,
     /// By node.
@@ -105,7 +105,7 @@ struct Stage {
     environment: f32,
 }
 
-impl Stage {
+impl Setup {
     fn new(name: &'static str, (eye, target): (Vec3, Vec3), environment: f32) -> Self {
         let builder = SceneBuilder::new(eye, target, perspective());
         Self { name, builder, finishes: BTreeMap::new(), environment }
@@ -283,8 +283,8 @@ fn is_wrong(reflected: Vec3, expected: Vec3) -> bool {
 }
 
 /// Asserts that a scene is reflected as its rays say.
-fn check(stage: Stage) {
-    let Stage { name, builder, finishes, environment } = stage;
+fn check(setup: Setup) {
+    let Setup { name, builder, finishes, environment } = setup;
     let scene = builder.finish();
     let request = plain_request(&scene, SIZE).with(|settings| {
         settings.environment.source = Environment::Color([environment; 3]);
@@ -345,24 +345,24 @@ fn check(stage: Stage) {
 
 #[test]
 fn a_mirror_floor_under_boxes_and_balls() {
-    let mut stage = Stage::new("mirror floor", (Vec3::new(1.6, 1.5, 4.4), Vec3::new(0.0, 0.2, 0.0)), 0.1);
-    stage.cuboid([12.0, 0.1, 12.0], Finish::Metal(0.0), [0.0, -0.05, 0.0]);
+    let mut setup = Setup::new("mirror floor", (Vec3::new(1.6, 1.5, 4.4), Vec3::new(0.0, 0.2, 0.0)), 0.1);
+    setup.cuboid([12.0, 0.1, 12.0], Finish::Metal(0.0), [0.0, -0.05, 0.0]);
     for i in 0..9u8 {
         let [x, z] = [i % 3, i / 3].map(f32::from);
         let finish = Finish::Painted([0.35 + 0.3 * x, 0.95 - 0.3 * z, f32::from(i % 4) / 4.0]);
         let [x_m, z_m] = [1.3 * x - 1.3, 1.1 * z - 1.6];
         if i % 2 == 0 {
-            stage.put(primitives::uv_sphere(0.45, 64, 32), finish, at(Vec3::new(x_m, 0.45, z_m)));
+            setup.put(primitives::uv_sphere(0.45, 64, 32), finish, at(Vec3::new(x_m, 0.45, z_m)));
         } else {
-            stage.cuboid([0.7, 0.9, 0.7], finish, [x_m, 0.45, z_m]);
+            setup.cuboid([0.7, 0.9, 0.7], finish, [x_m, 0.45, z_m]);
         }
     }
-    check(stage);
+    check(setup);
 }
 
 #[test]
 fn a_mirror_on_the_wall_of_a_room() {
-    let mut stage = Stage::new("room", (Vec3::new(1.0, 1.5, 2.0), Vec3::new(-1.2, 1.1, -1.6)), 0.2);
+    let mut setup = Setup::new("room", (Vec3::new(1.0, 1.5, 2.0), Vec3::new(-1.2, 1.1, -1.6)), 0.2);
     let walls: [([f32; 3], [f32; 3], [f32; 3]); 6] = [
         ([5.0, 0.1, 5.0], [0.45, 0.35, 0.3], [0.0, -0.05, 0.0]),
         ([5.0, 0.1, 5.0], [0.9, 0.9, 0.9], [0.0, 2.85, 0.0]),
@@ -372,76 +372,76 @@ fn a_mirror_on_the_wall_of_a_room() {
         ([0.1, 2.8, 5.0], [0.5, 0.6, 0.8], [2.55, 1.4, 0.0]),
     ];
     for (size_m, color, place) in walls {
-        stage.cuboid(size_m, Finish::Painted(color), place);
+        setup.cuboid(size_m, Finish::Painted(color), place);
     }
-    stage.cuboid([0.04, 2.2, 2.6], Finish::Metal(0.0), [-2.48, 1.3, -0.9]);
+    setup.cuboid([0.04, 2.2, 2.6], Finish::Metal(0.0), [-2.48, 1.3, -0.9]);
     // Pictures and a shelf on the wall behind, a lamp, a table with a ball.
     for i in 0..4u8 {
         let x = f32::from(i);
         let color = [0.9 - 0.25 * x, 0.15 + 0.2 * x, 0.3 + 0.1 * x];
-        stage.cuboid([0.35, 0.5, 0.04], Finish::Painted(color), [-1.9 + 0.6 * x, 1.7, -2.48]);
+        setup.cuboid([0.35, 0.5, 0.04], Finish::Painted(color), [-1.9 + 0.6 * x, 1.7, -2.48]);
     }
-    stage.cuboid([1.6, 0.08, 0.25], Finish::Painted([0.3, 0.15, 0.1]), [-1.0, 1.1, -2.38]);
-    stage.put(primitives::uv_sphere(0.14, 32, 16), Finish::Lamp(1.5), at(Vec3::new(-0.4, 1.28, -2.3)));
-    stage.cuboid([0.7, 0.7, 0.7], Finish::Painted([0.9, 0.4, 0.2]), [-1.2, 0.35, -1.7]);
-    stage.put(primitives::uv_sphere(0.25, 48, 24), Finish::Painted([0.2, 0.8, 0.3]), at(Vec3::new(-1.2, 0.95, -1.7)));
-    check(stage);
+    setup.cuboid([1.6, 0.08, 0.25], Finish::Painted([0.3, 0.15, 0.1]), [-1.0, 1.1, -2.38]);
+    setup.put(primitives::uv_sphere(0.14, 32, 16), Finish::Lamp(1.5), at(Vec3::new(-0.4, 1.28, -2.3)));
+    setup.cuboid([0.7, 0.7, 0.7], Finish::Painted([0.9, 0.4, 0.2]), [-1.2, 0.35, -1.7]);
+    setup.put(primitives::uv_sphere(0.25, 48, 24), Finish::Painted([0.2, 0.8, 0.3]), at(Vec3::new(-1.2, 0.95, -1.7)));
+    check(setup);
 }
 
 /// Nothing lies so high or so far aside that rays from the floor meet what is outside of the picture.
 #[test]
 fn a_lacquered_floor_of_a_hall() {
-    let mut stage = Stage::new("hall", (Vec3::new(0.0, 1.7, 7.5), Vec3::new(0.0, 0.6, -1.0)), 0.15);
-    stage.cuboid([6.2, 0.1, 9.0], Finish::Lacquer(0.15), [0.0, -0.05, 0.5]);
-    stage.cuboid([6.2, 2.6, 0.1], Finish::Painted([0.6, 0.5, 0.4]), [0.0, 1.3, -4.05]);
+    let mut setup = Setup::new("hall", (Vec3::new(0.0, 1.7, 7.5), Vec3::new(0.0, 0.6, -1.0)), 0.15);
+    setup.cuboid([6.2, 0.1, 9.0], Finish::Lacquer(0.15), [0.0, -0.05, 0.5]);
+    setup.cuboid([6.2, 2.6, 0.1], Finish::Painted([0.6, 0.5, 0.4]), [0.0, 1.3, -4.05]);
     for side in [-1.0, 1.0] {
-        stage.cuboid([0.1, 2.6, 4.0], Finish::Painted([0.7, 0.45, 0.35]), [3.05 * side, 1.3, -2.0]);
+        setup.cuboid([0.1, 2.6, 4.0], Finish::Painted([0.7, 0.45, 0.35]), [3.05 * side, 1.3, -2.0]);
         for i in 0..3u8 {
             let z_m = -0.4 - 1.5 * f32::from(i);
             let color = Finish::Painted([0.9, 0.85, 0.75]);
-            stage.put(primitives::cylinder(0.18, 2.6, 48), color, at(Vec3::new(2.2 * side, 1.3, z_m)));
+            setup.put(primitives::cylinder(0.18, 2.6, 48), color, at(Vec3::new(2.2 * side, 1.3, z_m)));
         }
-        stage.cuboid([0.7, 1.3, 0.06], Finish::Lamp(2.0), [1.1 * side, 1.5, -3.97]);
+        setup.cuboid([0.7, 1.3, 0.06], Finish::Lamp(2.0), [1.1 * side, 1.5, -3.97]);
     }
-    stage.cuboid([0.9, 2.0, 0.1], Finish::Painted([0.15, 0.25, 0.5]), [0.0, 1.0, -3.95]);
-    stage.cuboid([0.6, 0.5, 0.6], Finish::Painted([0.8, 0.2, 0.15]), [0.6, 0.25, -0.8]);
-    check(stage);
+    setup.cuboid([0.9, 2.0, 0.1], Finish::Painted([0.15, 0.25, 0.5]), [0.0, 1.0, -3.95]);
+    setup.cuboid([0.6, 0.5, 0.6], Finish::Painted([0.8, 0.2, 0.15]), [0.6, 0.25, -0.8]);
+    check(setup);
 }
 
 #[test]
 fn metal_balls_and_pots_on_a_rough_metal_table() {
-    let mut stage = Stage::new("pots", (Vec3::new(0.0, 1.1, 3.4), Vec3::new(0.0, 0.25, -0.2)), 0.8);
-    stage.cuboid([4.4, 0.1, 2.0], Finish::Metal(0.3), [0.0, -0.05, 0.0]);
-    stage.cuboid([3.6, 1.0, 0.1], Finish::Painted([0.5, 0.3, 0.2]), [0.0, 0.5, -1.1]);
+    let mut setup = Setup::new("pots", (Vec3::new(0.0, 1.1, 3.4), Vec3::new(0.0, 0.25, -0.2)), 0.8);
+    setup.cuboid([4.4, 0.1, 2.0], Finish::Metal(0.3), [0.0, -0.05, 0.0]);
+    setup.cuboid([3.6, 1.0, 0.1], Finish::Painted([0.5, 0.3, 0.2]), [0.0, 0.5, -1.1]);
     for i in 0..5u8 {
         let x_m = 0.6 * f32::from(i) - 1.2;
         if i % 2 == 0 {
-            stage.put(primitives::uv_sphere(0.22, 64, 32), Finish::Metal(0.05), at(Vec3::new(x_m, 0.22, 0.0)));
+            setup.put(primitives::uv_sphere(0.22, 64, 32), Finish::Metal(0.05), at(Vec3::new(x_m, 0.22, 0.0)));
         } else {
             let pot = primitives::cylinder(0.2, 0.36, 48);
-            stage.put(pot, Finish::Painted([0.1, 0.2, 0.45]), at(Vec3::new(x_m, 0.18, 0.0)));
+            setup.put(pot, Finish::Painted([0.1, 0.2, 0.45]), at(Vec3::new(x_m, 0.18, 0.0)));
         }
     }
     for i in 0..4u8 {
         let color = [0.1 + 0.1 * f32::from(i), 0.4 - 0.1 * f32::from(i), 0.1];
-        stage.cuboid([0.16; 3], Finish::Painted(color), [0.6 * f32::from(i) - 0.9, 0.08, 0.45]);
+        setup.cuboid([0.16; 3], Finish::Painted(color), [0.6 * f32::from(i) - 0.9, 0.08, 0.45]);
     }
-    check(stage);
+    check(setup);
 }
 
 /// The foot of a mixer.
 #[test]
 fn a_product_on_a_glossy_ground() {
-    let mut stage = Stage::new("product", (Vec3::new(0.9, 0.9, 2.4), Vec3::new(0.0, 0.35, 0.0)), 0.9);
-    stage.cuboid([6.0, 0.1, 6.0], Finish::Lacquer(0.1), [0.0, -0.05, 0.0]);
+    let mut setup = Setup::new("product", (Vec3::new(0.6, 0.55, 1.9), Vec3::new(0.0, 0.22, 0.1)), 0.9);
+    setup.cuboid([6.0, 0.1, 6.0], Finish::Lacquer(0.1), [0.0, -0.05, 0.0]);
     let body = Finish::Painted([0.45, 0.08, 0.08]);
-    stage.put(primitives::cylinder(0.42, 0.06, 64), body, at(Vec3::new(0.0, 0.03, 0.0)));
-    stage.put(primitives::cylinder(0.09, 0.8, 64), body, at(Vec3::new(-0.18, 0.45, 0.0)));
+    setup.put(primitives::cylinder(0.42, 0.06, 64), body, at(Vec3::new(0.0, 0.03, 0.0)));
+    setup.put(primitives::cylinder(0.09, 0.8, 64), body, at(Vec3::new(-0.18, 0.45, 0.0)));
     let disc = primitives::cylinder(0.3, 0.05, 64);
-    stage.put(disc, Finish::Painted([0.25, 0.25, 0.28]), at(Vec3::new(0.06, 0.085, 0.0)));
+    setup.put(disc, Finish::Painted([0.25, 0.25, 0.28]), at(Vec3::new(0.06, 0.085, 0.0)));
     let bowl = primitives::cylinder(0.2, 0.24, 64);
-    stage.put(bowl, Finish::Painted([0.6, 0.6, 0.5]), at(Vec3::new(0.12, 0.23, 0.0)));
+    setup.put(bowl, Finish::Painted([0.6, 0.6, 0.5]), at(Vec3::new(0.12, 0.23, 0.0)));
     let head = Node { rotation: Quat::from_rotation_z(FRAC_PI_2), ..at(Vec3::new(0.05, 0.88, 0.0)) };
-    stage.put(primitives::capsule(0.12, 0.4, 48, 12), body, head);
-    check(stage);
+    setup.put(primitives::capsule(0.12, 0.4, 48, 12), body, head);
+    check(setup);
 }
