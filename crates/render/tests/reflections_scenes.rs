@@ -30,7 +30,7 @@ const SAMPLES: u32 = 16;
 /// Of rough surfaces, per sample.
 const RAYS: u32 = 4;
 
-/// A pixel is wrong if a channel of what it reflects is off by more, as a share of what is right, or of 1 if that is less.
+/// A pixel is wrong if a channel of what it reflects is off by more, as a share of what is right, but at least of 1.
 const WRONG: f32 = 0.1;
 
 /// So large a share of what a pixel reflects may be of another group.
@@ -39,7 +39,8 @@ const GROUP_SHARE: f32 = 0.05;
 /// Over the brightest thing: rounding of half floats, and of the table of albedos.
 const BRIGHTER_MAX: f32 = 1.03;
 
-/// The shares of pixels that may be wrong: where the picture shows what they reflect, and where that is the environment.
+/// The shares of pixels that may be wrong: where the picture shows what they reflect, and where they reflect the
+/// environment.
 const LIMITS: [(&str, [f32; 2]); 5] = [
     ("mirror floor", [0.03, 0.03]),
     ("room", [0.03, 0.03]),
