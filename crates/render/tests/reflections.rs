@@ -5,14 +5,15 @@
 
 mod common;
 
+use common::plain_request;
+use common::reflected::{Lobe, glowing, load, metal, pixel_of, places, without};
 use common::shadows::{perspective, radiance, shared};
-use common::{floats, plain_request};
 use glam::{Mat4, Quat, Vec3};
-use manypass::{Aov, Background, Environment, FogMode, FrameRequest, Path, PixelSamples, Renderer, Resolution, View};
-use manypass_scene::{Material, Node, Projection, Scene, ShadingModel, primitives};
+use manypass::{Background, Environment, FogMode, FrameRequest, Path, PixelSamples, Renderer, Resolution};
+use manypass_scene::{Material, Node, Projection, Scene, primitives};
 use manypass_testkit::build::{SceneBuilder, at, grey};
 use manypass_testkit::compare::{Picture, Tolerance, assert_same, difference};
-use std::f32::consts::{FRAC_PI_2, PI};
+use std::f32::consts::FRAC_PI_2;
 
 const SIZE: (u32, u32) = (192, 124);
 
@@ -22,20 +23,6 @@ const LIMIT_SEEN: f32 = 0.03;
 
 /// The same where the picture hides that, as the undersides of bodies.
 const LIMIT_HIDDEN: f32 = 0.55;
-
-/// White metal: it reflects all light, whatever its roughness.
-fn metal(roughness_factor: f32) -> Material {
-    Material { metallic_factor: 1.0, roughness_factor, ..grey(1.0) }
-}
-
-/// Of the same radiance from everywhere.
-fn glowing(color: [f32; 3]) -> Material {
-    Material {
-        base_color_factor: Vec3::from(color).extend(1.0),
-        shading_model: ShadingModel::Unlit,
-        ..Material::default()
-    }
-}
 
 /// Bodies of many colours over the plane y = 0, which is a mirror if it is there.
 fn bodies(has_mirror: bool) -> Scene {
@@ -63,35 +50,6 @@ fn request(scene: &Scene, environment: f32) -> FrameRequest {
         settings.reflections.roughness_max = 1.0;
         settings.reflections.steps = 512;
     })
-}
-
-/// As it is without reflections.
-fn without(request: &FrameRequest) -> FrameRequest {
-    request.with(|settings| settings.reflections.enabled = false.into())
-}
-
-fn load(renderer: &mut Renderer, scene: &Scene) {
-    renderer.unload();
-    renderer.load(scene).unwrap();
-}
-
-/// Where surfaces are that the pixels of a view show, and their normals.
-fn places(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Vec<(Vec3, Vec3)> {
-    let request = FrameRequest { want_aovs: vec![Aov::Position, Aov::Normal], ..request.clone() };
-    renderer.render(scene, &request).unwrap();
-    let [positions, normals] = [Aov::Position, Aov::Normal].map(|aov| floats(renderer.read_aov(aov).unwrap()));
-    let both = positions.chunks_exact(3).zip(normals.chunks_exact(3));
-    both.map(|(position, normal)| (Vec3::from_slice(position), Vec3::from_slice(normal))).collect()
-}
-
-/// The place in the picture, from 0 to its size.
-fn pixel_of(view: &View, position: Vec3) -> (f32, f32) {
-    let seen = view.world_from_view.inverse().transform_point3(position);
-    let (half, across) = match view.projection {
-        Projection::Perspective { fov_y_rad, .. } => ((0.5 * fov_y_rad).tan() * -seen.z, SIZE.0 as f32 / SIZE.1 as f32),
-        Projection::Orthographic { height_m, .. } => (0.5 * height_m, SIZE.0 as f32 / SIZE.1 as f32),
-    };
-    ((0.5 + 0.5 * seen.x / (half * across)) * SIZE.0 as f32, (0.5 - 0.5 * seen.y / half) * SIZE.1 as f32)
 }
 
 #[test]
@@ -123,7 +81,7 @@ fn a_flat_mirror_shows_what_the_mirrored_camera_sees() {
             // well.
             let around = [pixel - 1, pixel + 1, pixel - width, pixel + width];
             let direction = (position - places_seen[pixel].0).normalize();
-            let (x, y) = pixel_of(&request.camera, position);
+            let (x, y) = pixel_of(&request.camera, SIZE, position);
             let from_edge = (x / SIZE.0 as f32).min(1.0 - x / SIZE.0 as f32).min(y / SIZE.1 as f32);
             let is_inner = around.iter().all(|other| expected[*other] == expected[pixel]);
             if !is_inner || from_edge.min(1.0 - y / SIZE.1 as f32) < 0.09 || direction.dot(normal) > -0.12 {
@@ -180,7 +138,7 @@ fn wrong_shares(renderer: &mut Renderer, [scene, above]: &[Scene; 2], request: &
     for pixel in 0..found.len() {
         let (position, normal) = places_mirrored[pixel];
         let is_mirror = seen[pixel].0.y.abs() < 1e-4 && seen[pixel].1.y > 0.99;
-        let (x, y) = pixel_of(&request.camera, position);
+        let (x, y) = pixel_of(&request.camera, SIZE, position);
         let [across, down] = [x / SIZE.0 as f32, y / SIZE.1 as f32].map(|share| share.min(1.0 - share));
         // What lies outside of the picture, or fades towards its edges, is none of what is asked here.
         if !is_mirror || normal.length() < 0.5 || across.min(down) < 0.09 {
@@ -226,24 +184,15 @@ fn panel(roughness: f32) -> Scene {
     builder.finish()
 }
 
-/// The share of what the floor reflects that comes from the panel: microfacets by the distribution of GGX itself (Walter
-/// et al. 2007), each weighted by how much light it sends to the eye.
+/// The share of what the floor reflects that comes from the panel, by the lobe itself.
 fn panel_share(position: Vec3, eye: Vec3, roughness: f32) -> f32 {
-    let alpha = roughness * roughness;
+    let lobe = Lobe { normal: Vec3::Y, roughness, f0: 1.0 };
     let to_eye = (eye - position).normalize();
-    let lambda = |cosine: f32| 0.5 * ((1.0 + alpha * alpha * (1.0 / (cosine * cosine) - 1.0)).sqrt() - 1.0);
     let (mut met, mut all) = (0.0, 0.0);
     for i in 0..64u8 {
         for j in 0..96u8 {
-            let [u, turn] = [(f32::from(i) + 0.5) / 64.0, (f32::from(j) + 0.5) / 96.0 * 2.0 * PI];
-            let cosine = ((1.0 - u) / (1.0 + (alpha * alpha - 1.0) * u)).sqrt();
-            let sine = (1.0 - cosine * cosine).sqrt();
-            let half = Vec3::new(sine * turn.cos(), cosine, sine * turn.sin());
-            let towards = 2.0 * to_eye.dot(half) * half - to_eye;
-            if to_eye.dot(half) <= 0.0 || towards.y <= 0.0 {
-                continue;
-            }
-            let weight = to_eye.dot(half) / (1.0 + lambda(to_eye.y) + lambda(towards.y)) / (to_eye.y * cosine);
+            let place = [(f32::from(i) + 0.5) / 64.0, (f32::from(j) + 0.5) / 96.0];
+            let Some((towards, weight)) = lobe.reflected(to_eye, place) else { continue };
             let hit = position + towards * (-position.z / towards.z);
             all += weight;
             met += if towards.z < 0.0 && hit.x.abs() < 1.0 && hit.y < 1.5 { weight } else { 0.0 };

@@ -8,11 +8,12 @@
 mod common;
 
 use common::plain_request;
+use common::reflected::{bulb, metal};
 use common::shadows::{perspective, radiance, shared};
 use glam::{Quat, Vec3};
 use manypass::{Environment, FrameRequest, Resolution};
-use manypass_scene::{Material, Node, Scene, primitives};
-use manypass_testkit::build::{SceneBuilder, at, grey};
+use manypass_scene::{Node, Scene, primitives};
+use manypass_testkit::build::{SceneBuilder, at};
 use std::f32::consts::FRAC_PI_2;
 
 const SIZE: (u32, u32) = (192, 124);
@@ -20,14 +21,6 @@ const SIZE: (u32, u32) = (192, 124);
 /// Places spread over the unit square, by the inverses of the plastic number and of its square.
 fn spread(count: u8) -> impl Iterator<Item = (f32, f32)> {
     (1..=count).map(f32::from).map(|i| ((0.754_877_7 * i).fract(), (0.569_840_3 * i).fract()))
-}
-
-fn bulb(radiance: f32) -> Material {
-    Material { emissive_factor: Vec3::splat(radiance), roughness_factor: 1.0, ..grey(0.0) }
-}
-
-fn metal(roughness_factor: f32) -> Material {
-    Material { metallic_factor: 1.0, roughness_factor, ..grey(1.0) }
 }
 
 /// Bulbs over a floor of white metal.

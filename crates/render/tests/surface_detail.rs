@@ -5,7 +5,7 @@
 
 mod common;
 
-use common::{plain_request, radiance};
+use common::{look, plain_request, radiance};
 use glam::{Vec2, Vec3, Vec4};
 use image::{ImageBuffer, ImageFormat, Luma, Rgba};
 use manypass::{Environment, FrameRequest, Path};
@@ -383,18 +383,6 @@ fn shadowed(scene: &Scene, path: Path) -> FrameRequest {
         settings.shadows.enabled = true;
         settings.render.path = path;
     })
-}
-
-/// Writes pictures side by side where `MANYPASS_LOOK` names a folder.
-fn look(name: &str, pictures: &[&[[f32; 3]]], (width, height): (u32, u32)) {
-    let Some(folder) = std::env::var_os("MANYPASS_LOOK") else { return };
-    let encode = |value: f32| (value.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8;
-    let count = pictures.len() as u32;
-    let sheet = ImageBuffer::from_fn(width * count, height, |x, y| {
-        let pixel = pictures[(x / width) as usize][(y * width + x % width) as usize];
-        Rgba([encode(pixel[0]), encode(pixel[1]), encode(pixel[2]), 255])
-    });
-    sheet.save(std::path::Path::new(&folder).join(format!("{name}.png"))).unwrap();
 }
 
 #[test]

@@ -41,7 +41,7 @@ use shading::{Albedos, Place, Sequence};
 pub struct Hit {
     /// Metres from the origin of the ray.
     pub distance_m: f64,
-    /// Index into [`World::objects`].
+    /// Index into [`World::objects`], or of the mesh's node.
     pub object: usize,
     /// Where, in world space.
     pub position_world: DVec3,
@@ -61,8 +61,8 @@ pub enum PixelPattern {
 }
 
 impl PixelPattern {
-    /// The place of a ray in its pixel, from the upper left corner.
-    fn place(self, ray: u32, rays_per_axis: u32) -> DVec2 {
+    /// The place of a ray in its pixel, from the upper left corner, from 0 to 1; a grid has `rays_per_axis²` of them.
+    pub fn place(self, ray: u32, rays_per_axis: u32) -> DVec2 {
         match self {
             Self::Grid => {
                 let cell = DVec2::new(f64::from(ray % rays_per_axis), f64::from(ray / rays_per_axis));
@@ -307,8 +307,9 @@ impl World {
         Pixel { radiance: sum / f64::from(n * n), hit: middle }
     }
 
-    /// The first surface along a ray that is not blended.
-    fn first_solid(&self, (origin_world, direction_world): (DVec3, DVec3)) -> Option<Hit> {
+    /// The first surface along a ray (origin and unit direction in world space) that is not blended. Backs of triangles
+    /// that are not double-sided are not seen.
+    pub fn first_solid(&self, (origin_world, direction_world): (DVec3, DVec3)) -> Option<Hit> {
         let behind = self.nearest_hit(origin_world, direction_world);
         let limit_m = behind.map_or(f64::INFINITY, |hit| hit.distance_m);
         let layers = self.meshes.layers(origin_world, direction_world, limit_m);

@@ -6,6 +6,7 @@ pub mod files;
 pub mod flat;
 pub mod ground;
 pub mod levels;
+pub mod reflected;
 pub mod shadows;
 pub mod skies;
 
@@ -84,6 +85,18 @@ pub fn radiance(scene: &Scene, request: &FrameRequest) -> Vec<[f32; 3]> {
     renderer.load(scene).unwrap();
     renderer.render(scene, request).unwrap();
     renderer.read_radiance().unwrap().chunks_exact(4).map(|p| [p[0], p[1], p[2]]).collect()
+}
+
+/// Writes pictures side by side where `MANYPASS_LOOK` names a folder.
+pub fn look(name: &str, pictures: &[&[[f32; 3]]], (width, height): (u32, u32)) {
+    let Some(folder) = std::env::var_os("MANYPASS_LOOK") else { return };
+    let encode = |value: f32| (value.clamp(0.0, 1.0).powf(1.0 / 2.2) * 255.0).round() as u8;
+    let count = pictures.len() as u32;
+    let sheet = image::ImageBuffer::from_fn(width * count, height, |x, y| {
+        let pixel = pictures[(x / width) as usize][(y * width + x % width) as usize];
+        image::Rgba([encode(pixel[0]), encode(pixel[1]), encode(pixel[2]), 255])
+    });
+    sheet.save(std::path::Path::new(&folder).join(format!("{name}.png"))).unwrap();
 }
 
 /// The folder of the sample models; none where they are not on this machine: the test is skipped.
