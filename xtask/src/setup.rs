@@ -78,8 +78,8 @@ pub(crate) fn browser() -> Result<()> {
     check(Command::new("npm").args(["install", "--no-audit", "--no-fund", "playwright-core"]).current_dir(folder))
 }
 
-/// NumPy, OpenEXR and Pillow in an environment of their own, `target/python`, for the Python of the documentation. Without
-/// them its tests are skipped, and say so.
+/// NumPy, OpenEXR and Pillow in an environment of their own, `target/python`, for the Python of the documentation.
+/// Without them its tests are skipped, and say so.
 pub(crate) fn python() -> Result<()> {
     let folder = root().join("target/python");
     let has_modules =
@@ -94,7 +94,7 @@ pub(crate) fn python() -> Result<()> {
     };
     if let Err(error) = make() {
         println!(
-            "    SKIPPED: no Python with NumPy, OpenEXR and Pillow ({error:#}); on Debian and Ubuntu install python3-venv"
+            "    SKIPPED: no Python with NumPy, OpenEXR, Pillow ({error:#}); on Debian and Ubuntu install python3-venv"
         );
     }
     Ok(())

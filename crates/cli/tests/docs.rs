@@ -1,5 +1,5 @@
-//! Commands of the pages are run: as they stand there where they draw nothing, else at a tiny size. Stages and settings of
-//! the pages are drawn, too.
+//! Commands of the pages are run: as they stand there where they draw nothing, else at a tiny size. Stages and settings
+//! of the pages are drawn, too.
 
 mod common;
 
