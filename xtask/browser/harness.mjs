@@ -39,14 +39,20 @@ export const launchWithBoth = () => launch(["--use-gl=angle", "--use-angle=swift
 export const launchWithNeither = () =>
   launch(["--disable-gpu", "--disable-webgl", "--disable-3d-apis", "--disable-features=WebGPU"]);
 
-/** A page whose errors, and the driver's, end up in `faults`. WebGL's errors reach only the console. */
-export async function open(browser, origin, address, viewport, faults) {
+/** An empty page whose errors, and the driver's, end up in `faults`. WebGL's errors reach only the console. */
+export async function watched(browser, viewport, faults) {
   const page = await browser.newPage({ viewport });
   page.on("console", (line) => {
     if (/INVALID_|GL_|Uncaptured|validation/i.test(line.text().replace(/GPU stall due to ReadPixels/, "")) && !/Performance|performance/.test(line.text())
       || line.type() === "error") faults.push(`console: ${line.text()}`);
   });
   page.on("pageerror", (error) => faults.push(`page: ${error}`));
+  return page;
+}
+
+/** The page of the package, once it is ready or says why it is not. */
+export async function open(browser, origin, address, viewport, faults) {
+  const page = await watched(browser, viewport, faults);
   await page.goto(`${origin}/?${new URLSearchParams(address)}`);
   await page.waitForFunction(() => window.manypass?.ready || window.manypass?.error, null, { timeout: 300000 });
   return page;

@@ -10,6 +10,7 @@ import { join } from "node:path";
 import { failures, launchWithBoth, launchWithNeither, open, out, serve, test } from "./harness.mjs";
 import { withMany } from "./many.mjs";
 import { asUser, withBudget, withLoss, withoutApi, withWrongAddress } from "./page.mjs";
+import { withSnippets } from "./snippets.mjs";
 import { read } from "./variables.mjs";
 
 const cases = JSON.parse(process.argv[2]);
@@ -135,6 +136,7 @@ await Promise.all(["webgpu", "webgl"].map(async (backend) => {
   await withBudget(browser, origin, backend);
   await withLoss(browser, origin, backend);
   await withMany(browser, origin, backend);
+  await withSnippets(browser, origin, backend);
   if (backend === "webgpu") await asUser(browser, origin);
   else await withWrongAddress(browser, origin);
   await browser.close();

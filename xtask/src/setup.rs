@@ -78,22 +78,23 @@ pub(crate) fn browser() -> Result<()> {
     check(Command::new("npm").args(["install", "--no-audit", "--no-fund", "playwright-core"]).current_dir(folder))
 }
 
-/// NumPy and OpenEXR in an environment of their own, `target/python`, for the scripts of the documentation. Without
-/// Python their test is skipped, and says so.
+/// NumPy, OpenEXR and Pillow in an environment of their own, `target/python`, for the Python of the documentation.
+/// Without them its tests are skipped, and say so.
 pub(crate) fn python() -> Result<()> {
     let folder = root().join("target/python");
     let has_modules =
-        || output_of(Command::new(folder.join("bin/python")).args(["-c", "import numpy, OpenEXR"])).is_some();
+        || output_of(Command::new(folder.join("bin/python")).args(["-c", "import numpy, OpenEXR, PIL"])).is_some();
     if has_modules() {
         return Ok(());
     }
     let make = || -> Result<()> {
         check(Command::new("python3").args(["-m", "venv"]).arg(&folder))?;
-        check(Command::new(folder.join("bin/python")).args(["-m", "pip", "install", "-q", "numpy", "OpenEXR>=3.3"]))
+        let mut pip = Command::new(folder.join("bin/python"));
+        check(pip.args(["-m", "pip", "install", "-q", "numpy", "OpenEXR>=3.3", "pillow"]))
     };
     if let Err(error) = make() {
         println!(
-            "    SKIPPED: no Python with NumPy and OpenEXR ({error:#}); on Debian and Ubuntu install python3-venv"
+            "    SKIPPED: no Python with NumPy, OpenEXR, Pillow ({error:#}); on Debian and Ubuntu install python3-venv"
         );
     }
     Ok(())

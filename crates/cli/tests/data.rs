@@ -2,11 +2,11 @@
 
 mod common;
 
-use common::{Folder, has_adapter, run_in, triangle_glb};
+use common::{Folder, has_adapter, python, run_in, triangle_glb};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, ReadChannels, ReadLayers, Text, read};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::process::Command;
 
 /// A small picture of the triangle through a camera that looks at it from the side.
@@ -324,21 +324,12 @@ fn the_same_call_writes_the_same_bytes_to_a_file_and_to_standard_output() {
     assert!(piped.stdout == read("a.exr"));
 }
 
-/// A Python that has NumPy and OpenEXR: that of `cargo xtask setup`, or else the machine's.
-fn python() -> Option<PathBuf> {
-    let target = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python");
-    [target, "python3".into()].into_iter().find(|python| {
-        let import = Command::new(python).args(["-c", "import numpy, OpenEXR; OpenEXR.File"]).output();
-        import.is_ok_and(|output| output.status.success())
-    })
-}
-
 #[test]
 fn a_script_finds_the_motion_of_a_turntable_from_depth_and_cameras() {
     if !has_adapter() {
         return;
     }
-    let Some(python) = python() else {
+    let Some(python) = python(&["numpy", "OpenEXR"]) else {
         manypass_testkit::needs::skip("no Python with NumPy and OpenEXR; `cargo xtask setup` brings them");
         return;
     };

@@ -1,39 +1,18 @@
-//! Commands of the pages that take no time are run as they stand there, and those that draw at a tiny size. Stages and
-//! settings of the pages are drawn, too.
+//! Commands of the pages are run: as they stand there where they draw nothing, else at a tiny size. Stages and settings
+//! of the pages are drawn, too.
 
 mod common;
 
+use common::stand_ins::{self, room_glb};
 use common::{Folder, has_adapter, run_in, run_with, triangle_glb};
 use manypass_testkit::pages::{self, Command, root};
 use std::collections::HashSet;
 
 /// Where files are that pages name without a folder.
-const FOLDERS: [&str; 3] = ["", "crates/render/examples", "docs/examples/effects"];
+const FOLDERS: [&str; 4] = ["", "crates/render/examples", "docs/examples/effects", "docs/examples"];
 /// The size of stills; the last of a flag that is given twice counts.
 const STILL: [&str; 4] = ["--size", "32x18", "--samples", "1"];
-
-const DEMO: &str = "a demo takes more than a second; crates/cli and crates/render draw them";
-const LIGHT: &str = "an environment is prefiltered for seconds; crates/cli/tests/environment.rs";
-const OWN: &str = "files of the user's that no file of the repository stands in for";
-
-/// Commands that are parsed alone (crates/cli/src/snippets/commands.rs): their page, or any if it is empty, what they
-/// hold, and why.
-const PARSED: [(&str, &str, &str); 14] = [
-    ("", "demo:", DEMO),
-    ("", "hall.stage.toml", DEMO),
-    ("", "manypass bake", "crates/cli/tests/baking.rs bakes what has light"),
-    ("README.md", "--environment sky", LIGHT),
-    ("docs/baking.md", "render baked.glb", OWN),
-    ("docs/camera.md", "--cameras", OWN),
-    ("docs/diff.md", "--environment sky.hdr", LIGHT),
-    ("docs/environment.md", "--environment", LIGHT),
-    ("docs/environment.md", "dusk.stage.toml", LIGHT),
-    ("docs/materials.md", "shoe.gltf", OWN),
-    ("docs/probes.md", "render baked.glb", OWN),
-    ("docs/shadows.md", ".stage.toml", OWN),
-    ("docs/streams.md", "--variant", OWN),
-    ("docs/surface_detail.md", "yard.stage.toml", OWN),
-];
+const BAKE: [&str; 4] = ["--density", "1", "--samples", "1"];
 
 /// The commands of all pages that stand in snippets, each once.
 fn commands() -> Vec<Command> {
@@ -60,14 +39,25 @@ fn draws_nothing(words: &[&str]) -> bool {
     }
 }
 
-/// Brings what a command names: files of the repository, and triangles for models of the user's.
+/// The file that a command writes, if it says so.
+fn output<'a>(words: &[&'a str]) -> Option<&'a str> {
+    let at = words.iter().position(|word| *word == "-o")?;
+    words.get(at + 1).copied()
+}
+
+/// Brings what a command names: files of the repository, and small ones for the user's own.
 fn stand_in(folder: &Folder, words: &[&str]) {
-    for word in words {
-        let known = FOLDERS.iter().map(|folder| root().join(folder).join(word)).find(|path| path.is_file());
-        if let Some(path) = known {
-            folder.write(word, &std::fs::read(path).expect("a file of the repository"));
-        } else if word.ends_with(".glb") && !word.contains('*') {
-            folder.write(word, &triangle_glb([1.0, 0.0, 0.0]));
+    let output = output(words);
+    // The hall takes a quarter of a minute.
+    let is_too_much = |name: &str| words.first() == Some(&"bake") && name.ends_with(".stage.toml");
+    for word in words.iter().filter(|word| Some(**word) != output) {
+        // A setting may name one, too.
+        let name = word.rsplit('=').next().unwrap_or_default();
+        let known = FOLDERS.iter().map(|folder| root().join(folder).join(name)).find(|path| path.is_file());
+        if let Some(path) = known.filter(|_| !is_too_much(name)) {
+            folder.write(name, &std::fs::read(path).expect("a file of the repository"));
+        } else if let Some(bytes) = stand_ins::of(name) {
+            folder.write(name, &bytes);
         }
     }
 }
@@ -77,6 +67,7 @@ fn smaller(words: &[&str]) -> Vec<&'static str> {
     let is_of_pictures = !words.iter().any(|word| word.ends_with(".glb"));
     match words.first() {
         Some(&"bench") => return vec!["--size", "32x18", "--count", "1"],
+        Some(&"bake") => return BAKE.to_vec(),
         Some(&"graph") => return Vec::new(),
         Some(&"diff") if is_of_pictures => return Vec::new(),
         _ => {}
@@ -88,12 +79,6 @@ fn smaller(words: &[&str]) -> Vec<&'static str> {
         }
     }
     more
-}
-
-/// The place among [`PARSED`] of a command that is not run.
-fn parsed_alone(command: &Command) -> Option<usize> {
-    let text = command.words.join(" ");
-    PARSED.iter().position(|(page, part, _)| (page.is_empty() || command.page == *page) && text.contains(part))
 }
 
 #[test]
@@ -121,18 +106,20 @@ fn draw(first: usize, cache: &str) -> (usize, Vec<String>) {
     let variables = [("XDG_CACHE_HOME", cache), ("MANYPASS_NO_CACHE", "")];
     let run = |words: &[&str]| run_with(&folder, words, &variables);
     folder.write("models/tri.glb", &triangle_glb([1.0, 0.0, 0.0]));
+    stand_ins::write_all(&folder);
+    run(&[&["bake", "room.glb", "-o", "baked.glb", "--what", "all"][..], &BAKE[..]].concat()).expect(0);
     for picture in ["still.png", "still.exr"] {
         run(&[&["render", "models/tri.glb", "-o", picture][..], &STILL[..]].concat()).expect(0);
     }
     let (mut count, mut faults) = (0, Vec::new());
     let all = commands();
-    let drawn = all.iter().filter(|command| !draws_nothing(&words(command)) && parsed_alone(command).is_none());
+    let drawn = all.iter().filter(|command| !draws_nothing(&words(command)));
     for command in drawn.skip(first).step_by(2) {
         let words = words(command);
         stand_in(&folder, &words);
-        let output = words.iter().position(|word| *word == "-o").and_then(|at| words.get(at + 1));
+        let output = output(&words);
         if words[0] == "diff" {
-            for word in words.iter().filter(|word| Some(*word) != output) {
+            for word in words.iter().filter(|word| Some(**word) != output) {
                 for (ending, still) in [(".png", "still.png"), (".exr", "still.exr")] {
                     if word.ends_with(ending) {
                         folder.write(word, &std::fs::read(folder.join(still)).expect("a picture"));
@@ -143,7 +130,7 @@ fn draw(first: usize, cache: &str) -> (usize, Vec<String>) {
         let run = run(&[&words[..], &smaller(&words)[..]].concat());
         if run.code != 0 {
             faults.push(format!("{}: {}: {}", command.place, words.join(" "), run.stderr));
-        } else if let Some(output) = output.filter(|output| **output != "-" && !output.contains('{'))
+        } else if let Some(output) = output.filter(|output| *output != "-" && !output.contains('{'))
             && !folder.join(output).exists()
         {
             faults.push(format!("{}: there is no {output}", command.place));
@@ -169,11 +156,7 @@ fn commands_of_the_pages_that_draw_run_at_a_tiny_size() {
     let count: usize = halves.iter().map(|(count, _)| count).sum();
     let faults: Vec<&str> = halves.iter().flat_map(|(_, faults)| faults).map(String::as_str).collect();
     assert!(faults.is_empty(), "{}", faults.join("\n"));
-    assert!(count >= 50, "{count} commands");
-    let used: HashSet<usize> = commands().iter().filter_map(parsed_alone).collect();
-    for (at, (page, part, reason)) in PARSED.iter().enumerate() {
-        assert!(used.contains(&at), "{page} has no command with {part:?}, which is not run: {reason}");
-    }
+    assert!(count >= 70, "{count} commands");
 }
 
 /// Stages and settings that are parsed alone (crates/cli/src/snippets.rs): the page, a part, and why.
@@ -186,42 +169,6 @@ const NOT_DRAWN: [(&str, &str, &str); 3] = [
         "it takes heights of a library of the user's; crates/scene/tests/inputs/obj.rs",
     ),
 ];
-
-/// A .glb with what stages name: quads as nodes `Lake` (it lies), `Glass`, `Door.1`, `Door.2`, `Goer.1` and `Wall`, a
-/// node with a camera, and materials.
-fn room_glb() -> Vec<u8> {
-    let corners: [f32; 20] = [
-        -1.0, -1.0, 0.0, 1.0, -1.0, 0.0, 1.0, 1.0, 0.0, -1.0, 1.0, 0.0, // Positions, then UVs.
-        0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0,
-    ];
-    let mut bin: Vec<u8> = corners.iter().flat_map(|value| value.to_le_bytes()).collect();
-    bin.extend([0u16, 1, 2, 0, 2, 3].iter().flat_map(|index| index.to_le_bytes()));
-    let mut nodes = vec![r#"{"name":"Lake","mesh":0,"rotation":[-0.70710678,0,0,0.70710678]}"#.to_owned()];
-    for (at, name) in ["Glass", "Door.1", "Door.2", "Goer.1", "Wall"].iter().enumerate() {
-        nodes.push(format!(r#"{{"name":"{name}","mesh":{},"translation":[{},0,0]}}"#, (at + 1) % 3, at + 1));
-    }
-    nodes.push(r#"{"name":"Ceiling camera","camera":0,"translation":[0,2,6]}"#.to_owned());
-    let quad = r#""attributes":{"POSITION":0,"TEXCOORD_0":1,"TEXCOORD_1":1},"indices":2"#;
-    let meshes = [0, 1, 2].map(|at| format!(r#"{{"primitives":[{{{quad},"material":{at}}}]}}"#)).join(",");
-    let mut json = format!(
-        r#"{{"asset":{{"version":"2.0"}},"scene":0,"scenes":[{{"nodes":[0,1,2,3,4,5,6]}}],"nodes":[{}],
-        "cameras":[{{"type":"perspective","perspective":{{"yfov":0.8,"znear":0.1}}}}],"meshes":[{meshes}],
-        "materials":[{{"name":"Screen"}},{{"name":"wall"}},{{"name":"roof"}}],
-        "accessors":[
-            {{"bufferView":0,"componentType":5126,"count":4,"type":"VEC3","min":[-1,-1,0],"max":[1,1,0]}},
-            {{"bufferView":1,"componentType":5126,"count":4,"type":"VEC2"}},
-            {{"bufferView":2,"componentType":5123,"count":6,"type":"SCALAR"}}],
-        "bufferViews":[{{"buffer":0,"byteLength":48}},{{"buffer":0,"byteOffset":48,"byteLength":32}},
-            {{"buffer":0,"byteOffset":80,"byteLength":12}}],
-        "buffers":[{{"byteLength":92}}]}}"#,
-        nodes.join(",")
-    )
-    .into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let (json_bytes, bin_bytes) = (json.len() as u32, bin.len() as u32);
-    let head = [0x4654_6c67, 2, 28 + json_bytes + bin_bytes, json_bytes, 0x4e4f_534a].map(u32::to_le_bytes).concat();
-    [head, json, [bin_bytes, 0x004e_4942].map(u32::to_le_bytes).concat(), bin].concat()
-}
 
 /// Writes what a page shows of TOML as files that can be drawn: stages, and settings.
 fn write_toml(folder: &Folder, page: &str, text: &str) -> [Vec<String>; 2] {

@@ -40,21 +40,34 @@ pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../..")
 }
 
-/// The pages with their texts: those at the root, and those of `docs`.
+/// The pages with their texts: those at the root, and those of `docs` and the folders below it.
 ///
 /// # Panics
 /// They cannot be read.
 pub fn pages() -> Vec<(String, String)> {
     let mut pages: Vec<String> = ["README.md", "ARCHITECTURE.md", "CONTRIBUTING.md"].map(str::to_owned).to_vec();
-    let docs = std::fs::read_dir(root().join("docs")).expect("docs");
-    let names = docs.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned());
-    pages.extend(names.filter(|name| name.ends_with(".md")).map(|name| format!("docs/{name}")));
+    pages.extend(below("docs"));
     pages.sort();
     let read = |page: String| {
         let text = std::fs::read_to_string(root().join(&page)).expect("a page");
         (page, text)
     };
     pages.into_iter().map(read).collect()
+}
+
+/// The pages in a folder and in those below it, from the repository's root.
+fn below(folder: &str) -> Vec<String> {
+    let entries = std::fs::read_dir(root().join(folder)).expect("a folder of pages");
+    let names = entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned());
+    let pages_of = |name: String| {
+        let path = format!("{folder}/{name}");
+        match root().join(&path).is_dir() {
+            true => below(&path),
+            false if path.ends_with(".md") => vec![path],
+            false => Vec::new(),
+        }
+    };
+    names.flat_map(pages_of).collect()
 }
 
 /// The snippets of a page.

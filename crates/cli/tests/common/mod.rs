@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "each test file uses a part")]
 
+pub mod stand_ins;
 pub mod watch;
 
 use manypass_testkit::compare::Picture;
@@ -130,6 +131,25 @@ pub fn has_adapter() -> bool {
         needs::skip("no graphics adapter on this machine; on Debian and Ubuntu install mesa-vulkan-drivers");
     }
     found
+}
+
+/// A Python that has these modules: the one that MANYPASS_PYTHON names, or else that of `cargo xtask setup` or the
+/// machine's.
+pub fn python(modules: &[&str]) -> Option<PathBuf> {
+    let of_setup = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python");
+    let known = match std::env::var_os("MANYPASS_PYTHON") {
+        Some(named) => vec![PathBuf::from(named)],
+        None => vec![of_setup, "python3".into()],
+    };
+    let mut script = format!("import {}\n", [&["sys"][..], modules].concat().join(", "));
+    if modules.contains(&"OpenEXR") {
+        // Versions before 3.3 have other calls.
+        script += "OpenEXR.File\n";
+    }
+    known.into_iter().find(|python| {
+        let import = Command::new(python).args(["-c", script.as_str()]).stdin(Stdio::null()).output();
+        import.is_ok_and(|output| output.status.success())
+    })
 }
 
 /// A .glb of one triangle of the given colour, two metres wide, at the origin; with an animation `Slide` of one second
