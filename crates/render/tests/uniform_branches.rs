@@ -1,5 +1,5 @@
 //! No branch and no length of a loop depends on uniforms alone: software Vulkan puts their values into the shader, makes
-//! it anew for every draw, and keeps each (ARCHITECTURE.md, Programs).
+//! it anew for every draw, and keeps each (docs/decisions/006_software_adapters.md).
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
