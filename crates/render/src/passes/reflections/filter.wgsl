@@ -28,7 +28,7 @@ const REACH: i32 = 3;
 // Half of a row at its widest: from there on nothing counts.
 const WIDEST: f32 = 4.0;
 // How much less texels count that are as bright as `radiance_max` (Karis 2013, "Tone Mapping").
-const BRIGHT_WEIGHT: f32 = 0.25;
+const BRIGHT_WEIGHT: f32 = 0.1;
 
 // What mirrors show of the picture where the share of texels beside a hit that hit as well is below the first is dots,
 // of rays that graze what they meet; from the second on it is the edge of something.
