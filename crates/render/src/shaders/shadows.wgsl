@@ -44,13 +44,17 @@ const POSITION_SLACK_SHARE: f32 = 7e-7;
 const PENUMBRA_TAPS: u32 = 16u;
 // Of walls close before a surface: what is left of the bias where texels are compared at their own middles; texels that
 // are read, those of the filter (3 × 3) and two up the surface's slope; the rise of a surface over a texel, in texels,
-// from which on the bias lifts it through walls of two texels; what each of the two texels counts; and the weight of
-// texels without a wall from which on nothing is taken away.
+// from which on the bias lifts it through walls of two texels; what each of the two texels counts; the weight of texels
+// without a wall from which on nothing is taken away; the share of texels that show the surface, of all that tell
+// anything, from which on nothing is taken away beside a drop; and the share of the way along the normal at which
+// texels are read.
 const WALL_BIAS_SHARE: f32 = 0.1;
 const WALL_READS: u32 = 11u;
 const WALL_SLOPE_MIN: f32 = 0.5;
 const UPHILL_WEIGHT: f32 = 0.125;
 const OPEN_WEIGHT: f32 = 0.25;
+const SHOWN_SHARE: f32 = 0.5;
+const WALL_PLACE: f32 = 0.8;
 // The golden angle: successive points of a spiral lie nowhere near each other (Vogel 1979).
 const GOLDEN_ANGLE: f32 = 2.39996323;
 
@@ -244,6 +248,9 @@ fn filtered_visibility(
 // walls of some texels. Here each texel is compared at its own middle with the surface's plane, so that a tenth of the
 // bias is enough. Walls count only as far as there are leaks, so that the edges of what is farther before the surface
 // stay exactly what the filter makes them.
+// Beside a drop (the edge of a closed box of sheets, as the light sees it) texels show what is far behind the surface,
+// or nothing. They say nothing about walls before it. There light is kept only if enough of the other texels show the
+// surface itself.
 fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texels: f32) -> f32 {
     let texel = 2.0 / max(texels, 1.0);
     let limit = vec2f(1.0 - 1.0 / texels);
@@ -258,14 +265,18 @@ fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texe
     // Of a wall at a right angle to the surface no texel is farther where it leaks.
     let reach = 6.0 * rise + 4.0 * side;
     let uphill = point.gradient * (texel / max(length(point.gradient), 1e-30));
-    // The filter's place, unless a large bias moves that away from what the surface itself is lit by.
+    // Near the filter's place. Not all the way, because narrow lit surfaces would lie outside the texels around it.
     let moved = point.position - foot.xy;
-    let place = foot.xy + moved * min(1.0, 1.5 * texel / max(length(moved), 1e-30));
+    let place = foot.xy + moved * min(WALL_PLACE, 1.5 * texel / max(length(moved), 1e-30));
     let own = (floor(place / texel) + 0.5) * texel;
     let is_asked = (filtered > 0.0) & (rise > WALL_SLOPE_MIN * side);
     // Without rounds where nothing can leak, rather than a branch, of which software adapters run both sides.
     let rounds = select(0u, WALL_READS, is_asked);
     var open = select(OPEN_WEIGHT, 0.0, is_asked);
+    // The weights of texels that show the surface itself, of those with a wall, and of those with a drop.
+    var shown = 0.0;
+    var walled = 0.0;
+    var dropped = 0.0;
     for (var i = 0u; i < rounds; i++) {
         // The texel in the middle first: nearly always it decides.
         let turn = (i + 4u) % 9u;
@@ -279,16 +290,30 @@ fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texe
         let uv = tile.place.xy + position * vec2f(tile.place.z, -tile.place.z);
         let depth = textureSampleLevel(shadow_depths, nearest_clamp, uv, 0.0).r;
         let gap = depth - (foot.z + dot(point.gradient, position - foot.xy));
-        let covered = select(clamp((gap - bias) / ramp, 0.0, 1.0), 0.0, gap > reach);
+        // Nothing was drawn where depth is 0.
+        let is_drop = (gap < -reach) | (depth <= 0.0);
+        let is_wall = (gap > bias) & (gap <= reach) & (depth > 0.0);
+        let covered = select(0.0, clamp((gap - bias) / ramp, 0.0, 1.0), is_wall);
+        // The line in which a wall meets the surface looks like the surface itself, all the less the higher the wall.
+        let likeness = select(clamp(1.25 - 1.25 * gap / bias, 0.0, 1.0), 0.0, is_drop);
         // Those of four comparisons, each between four texels.
         let weights = 0.5 * clamp(1.5 - abs(around - place) / texel, vec2f(0.0), vec2f(1.0));
-        let is_shown = abs(gap) < 0.5 * bias;
-        open += select(weights.x * weights.y * (1.0 - covered), select(0.0, UPHILL_WEIGHT, is_shown), is_uphill);
-        if open >= OPEN_WEIGHT {
+        let weight = select(weights.x * weights.y, UPHILL_WEIGHT, is_uphill);
+        let uphill_weight = select(0.0, UPHILL_WEIGHT, abs(gap) < 0.5 * bias);
+        open += select(weight * (1.0 - covered), uphill_weight, is_uphill);
+        shown += select(weight * likeness, uphill_weight, is_uphill);
+        walled += select(0.0, weight, is_wall & !is_uphill);
+        dropped += select(0.0, weight, is_drop);
+        if shown >= OPEN_WEIGHT {
             break;
         }
     }
-    return clamp(2.0 * open / OPEN_WEIGHT - 1.0, 0.0, 1.0);
+    // Where no texel tells anything, the filter is believed.
+    let told = shown + walled;
+    let of_shown = select(1.0, shown / (SHOWN_SHARE * max(told, 1e-6)), told > 0.0);
+    let is_at_drop = (dropped > 0.0) & (shown < OPEN_WEIGHT);
+    let kept = select(open / OPEN_WEIGHT, of_shown, is_at_drop);
+    return clamp(2.0 * kept - 1.0, 0.0, 1.0);
 }
 
 // The share of the light from a point that reaches a surface, by one tile.

@@ -12,6 +12,7 @@ mod column;
 mod dealing;
 mod placing;
 mod projection;
+mod room;
 mod settings;
 mod wanted;
 
@@ -32,6 +33,7 @@ use casters::{Caster, Casters, OfLight};
 use dealing::Turns;
 use manypass_scene::{LightKind, NodeId};
 use placing::Kept;
+use room::Room;
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use wanted::Wanting;
@@ -146,11 +148,19 @@ pub struct Shadows {
     tiles: BTreeMap<TileKey, Kept>,
     /// Whether nothing was drawn into the atlas yet.
     is_empty: bool,
+    /// Whether live frames had room for finer maps.
+    room: Room,
 }
 
 impl Default for Shadows {
     fn default() -> Self {
-        Self { side_max: SIDE_MIN, allocator: Allocator::new(SIDE_MIN), tiles: BTreeMap::new(), is_empty: true }
+        Self {
+            side_max: SIDE_MIN,
+            allocator: Allocator::new(SIDE_MIN),
+            tiles: BTreeMap::new(),
+            is_empty: true,
+            room: Room::default(),
+        }
     }
 }
 
@@ -160,6 +170,7 @@ impl Shadows {
     pub fn allow(&mut self, side_max: u32) {
         if self.side_max != side_max {
             self.side_max = side_max;
+            self.room = Room::default();
             self.reset(SIDE_MIN);
         }
     }

@@ -4,6 +4,7 @@ use super::cascades;
 use super::casters::{Caster, Casters, OfLight};
 use super::dealing::is_wide;
 use super::projection::{BORDER_TEXELS, TileProjection, cube_faces, looking_along};
+use super::room::{GRANTED_SCALE, Need};
 use super::{Dealing, LightKey, SIDE_MIN, ShadowFilter, ShadowSettings, Shadows};
 use crate::constants::PENUMBRA_MAX;
 use crate::draws::WorldDraws;
@@ -43,7 +44,7 @@ pub(super) struct Wanting {
     /// The demanded side.
     pub side: f32,
     /// The same where all maps have room for it.
-    side_with_room: f32,
+    with_room: WithRoom,
     pub of_light: OfLight,
     /// Of each tile, if anything casts a shadow into it.
     pub has_casters: Vec<bool>,
@@ -55,10 +56,30 @@ impl Wanting {
         self.has_casters.iter().filter(|has| **has).count() as u64
     }
 
-    /// The texels of its tiles where all maps have room.
-    fn texels_with_room(&self) -> u64 {
-        let side = (self.side_with_room as u32).max(SIDE_MIN).next_power_of_two();
+    /// The texels of its tiles, if they have such a side.
+    fn texels(&self, side: f32) -> u64 {
+        let side = (side as u32).max(SIDE_MIN).next_power_of_two();
         self.tile_count() * u64::from(side).pow(2)
+    }
+}
+
+/// The side of a map that is as fine as there may be room for.
+#[derive(Clone, Copy, Debug)]
+struct WithRoom {
+    side: f32,
+    /// The side if the light wanted [`GRANTED_SCALE`] times as many texels.
+    side_with_margin: f32,
+}
+
+impl WithRoom {
+    /// Of a map that has the same side however much room there is.
+    fn fixed(side: f32) -> Self {
+        Self { side, side_with_margin: side }
+    }
+
+    /// The greater one of each side.
+    fn max(self, other: Self) -> Self {
+        Self { side: self.side.max(other.side), side_with_margin: self.side_with_margin.max(other.side_with_margin) }
     }
 }
 
@@ -169,12 +190,17 @@ pub(super) fn demand(light: &TableLight, viewer: &Viewer<'_>) -> Option<f32> {
 
 /// The sides in texels that the maps of a light are to have for a view, in an atlas that may grow to `side_max`: among
 /// many lights, and where all maps have room; none if the view needs none of them.
-fn sides_of(light: &TableLight, viewer: &Viewer<'_>, settings: &ShadowSettings, side_max: u32) -> Option<(f32, f32)> {
+fn sides_of(
+    light: &TableLight,
+    viewer: &Viewer<'_>,
+    settings: &ShadowSettings,
+    side_max: u32,
+) -> Option<(f32, WithRoom)> {
     let given = (settings.map_px > 0).then(|| settings.map_px.next_power_of_two());
     if light.kind == LightKind::Directional {
         if let Some(side) = given {
             let side = side.min(side_max / 2) as f32;
-            return Some((side, side));
+            return Some((side, WithRoom::fixed(side)));
         }
         // Cascades are as fine as the picture if they have twice its pixels.
         let side = if viewer.is_around {
@@ -185,7 +211,7 @@ fn sides_of(light: &TableLight, viewer: &Viewer<'_>, settings: &ShadowSettings, 
         let side = side.min(side_max / 2) as f32;
         // Edges of wide ones are never sharp.
         let side = if is_wide(light) { 0.5 * side } else { side };
-        return Some((side, side));
+        return Some((side, WithRoom::fixed(side)));
     }
     let demanded = demand(light, viewer).filter(|side| *side >= settings.min_px)?;
     // The six of a point light take less than half of the atlas, so that turns have room for them.
@@ -196,14 +222,22 @@ fn sides_of(light: &TableLight, viewer: &Viewer<'_>, settings: &ShadowSettings, 
     };
     // Edges of lights with a radius are not sharp, and their maps are drawn anew in every sample.
     let most_with_room = if given.is_none() && light.radius_m == 0.0 { 2 * most } else { most };
+    let most_with_room = most_with_room as f32;
+    let with_room = match given {
+        Some(side) => WithRoom::fixed((side as f32).min(most_with_room)),
+        None => WithRoom {
+            side: demanded.min(most_with_room),
+            side_with_margin: (GRANTED_SCALE * demanded).min(most_with_room),
+        },
+    };
     let wanted = given.map_or(demanded, |side| side as f32);
-    Some((wanted.min(most as f32), wanted.min(most_with_room as f32)))
+    Some((wanted.min(most as f32), with_room))
 }
 
 impl Shadows {
     /// The lights that want tiles.
     pub(super) fn wanting(
-        &self,
+        &mut self,
         casters: &Casters<'_>,
         world: &WorldDraws,
         views: &[(Viewer<'_>, &LightTable)],
@@ -216,13 +250,13 @@ impl Shadows {
             for source in table.lights.iter().filter(|light| light.casts_shadows) {
                 let light = &dealing.moved(source);
                 let sides = sides_of(light, viewer, settings, self.side_max);
-                let Some((side, side_with_room)) = sides else { continue };
+                let Some((side, with_room)) = sides else { continue };
                 let key = LightKey::of(viewer, light);
                 match wanting.entry(key) {
                     Entry::Occupied(mut known) => {
                         let known = known.get_mut();
                         known.side = known.side.max(side);
-                        known.side_with_room = known.side_with_room.max(side_with_room);
+                        known.with_room = known.with_room.max(with_room);
                     }
                     Entry::Vacant(place) => {
                         let is_directional = light.kind == LightKind::Directional;
@@ -245,23 +279,21 @@ impl Shadows {
                             casters.in_tile(&of_light.items, &projection).next().is_some()
                         };
                         let has_casters = aims.iter().map(shows).collect();
-                        place.insert(Wanting {
-                            key,
-                            is_directional,
-                            aims,
-                            side,
-                            side_with_room,
-                            of_light,
-                            has_casters,
-                        });
+                        place.insert(Wanting { key, is_directional, aims, side, with_room, of_light, has_casters });
                     }
                 }
             }
         }
         let mut wanting: Vec<Wanting> = wanting.into_values().collect();
-        let has_room = wanting.iter().map(Wanting::texels_with_room).sum::<u64>() <= u64::from(self.side_max).pow(2);
-        if has_room {
-            wanting.iter_mut().for_each(|light| light.side = light.side_with_room);
+        let need = Need {
+            texels: wanting.iter().map(|light| light.texels(light.with_room.side)).sum(),
+            texels_with_margin: wanting.iter().map(|light| light.texels(light.with_room.side_with_margin)).sum(),
+        };
+        // Frames of a still know how many rounds they have; live ones stand for themselves. What is around places needs
+        // little, and says nothing of the picture's needs.
+        let is_live = dealing.rounds.is_none() && views.iter().any(|(viewer, _)| !viewer.is_around);
+        if self.room.grants(need, u64::from(self.side_max).pow(2), is_live) {
+            wanting.iter_mut().for_each(|light| light.side = light.with_room.side);
         }
         wanting
     }
