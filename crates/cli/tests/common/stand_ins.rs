@@ -35,6 +35,8 @@ pub fn write_all(folder: &Folder) {
     for face in ["px", "nx", "py", "ny", "pz", "nz"] {
         folder.write(&format!("cube/{face}.hdr"), &radiance(2, 2));
     }
+    // A stage of the examples names it.
+    folder.write("dusk.hdr", &radiance(4, 2));
     folder.write("transforms.json", TRANSFORMS);
     folder.write("colmap/cameras.txt", b"1 PINHOLE 32 18 30 30 16 9\n");
     folder.write("colmap/images.txt", b"1 1 0 0 0 0 0 3 1 a.jpg\n\n");
