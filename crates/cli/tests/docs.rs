@@ -22,7 +22,7 @@ const PARSED: [(&str, &str, &str); 14] = [
     ("", "demo:", DEMO),
     ("", "hall.stage.toml", DEMO),
     ("", "manypass bake", "crates/cli/tests/baking.rs bakes what has light"),
-    ("README.md", "--environment sky", LIGHT),
+    ("docs/commands.md", "--environment sky", LIGHT),
     ("docs/baking.md", "render baked.glb", OWN),
     ("docs/camera.md", "--cameras", OWN),
     ("docs/diff.md", "--environment sky.hdr", LIGHT),
