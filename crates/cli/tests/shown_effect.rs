@@ -1,28 +1,28 @@
-//! What the README shows works as it stands there.
+//! The effect that docs/commands.md shows works as it stands there.
 
 mod common;
 
 use common::{Folder, has_adapter, run_in, triangle_glb};
 
-const README: &str = include_str!("../../../README.md");
+const PAGE: &str = include_str!("../../../docs/commands.md");
 
 /// The text of the first fence of `language`.
 fn fence(language: &str) -> &'static str {
-    let (_, rest) = README.split_once(&format!("```{language}\n")).expect("the fence begins");
+    let (_, rest) = PAGE.split_once(&format!("```{language}\n")).expect("the fence begins");
     rest.split_once("```").expect("the fence ends").0
 }
 
 #[test]
-fn the_effect_of_the_readme_takes_its_setting() {
+fn the_effect_of_the_page_takes_its_setting() {
     if !has_adapter() {
         return;
     }
-    let folder = Folder::new("readme");
+    let folder = Folder::new("shown-effect");
     folder.write("helmet.glb", &triangle_glb([0.5, 0.5, 0.5]));
     let text = fence("wgsl");
     assert!((6..=10).contains(&text.lines().count()), "six to ten lines:\n{text}");
     folder.write("my.wgsl", text.as_bytes());
-    let (_, rest) = README.split_once("`manypass render helmet.glb --effect my.wgsl").expect("the command");
+    let (_, rest) = PAGE.split_once("`manypass render helmet.glb --effect my.wgsl").expect("the command");
     let rest = rest.split_once('`').expect("its end").0;
     assert_eq!(rest, " --set my.amount=2");
     let red_over_blue = |setting: &str| {
