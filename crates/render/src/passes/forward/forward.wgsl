@@ -33,7 +33,7 @@ import package::shaders::fog::{fogged, fog_transmittance};
 import package::shaders::fog_light::light_in_fog_before;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::glow::glow_share;
-@if(layered) import package::shaders::surface_material::material_factors;
+import package::shaders::surface_material::material_factors;
 import package::shaders::transparency::{ShadedTargets, is_let_through, is_peeled, shaded_targets};
 @if(relief) import package::shaders::relief::{Sunk, depth_again, has_coarse_steps, sunk};
 @if(relief) import package::shaders::surface_material::detailed_sample;
@@ -204,7 +204,12 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
         let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;
         if shadowed != 0u {
             shading.facet_normal = select(-facet_normal, facet_normal, dot(facet_normal, shading.to_eye) >= 0.0);
-            shading.is_flat = dot(shading.facet_normal, shading.normal) > FLAT_LIKENESS_MIN;
+            // What light comes through is not whole in shadow maps, where walls are looked for beside flat surfaces.
+            var is_whole = material_factors.blended < 0.5;
+            @if(layered) {
+                is_whole = is_whole & (transmissive == 0u);
+            }
+            shading.is_flat = is_whole & (dot(shading.facet_normal, shading.normal) > FLAT_LIKENESS_MIN);
             shading.lift_m = sample.surface.lift_px * pixel_height_m(distance_m);
         }
         @if(relief) {
