@@ -66,8 +66,7 @@ fn the_sun_does_not_shine_into_closed_boxes() {
             let (brightest, count) = leaks(wall_texels, to_light, kernel);
             let what = format!("{to_light}, walls of {wall_texels} texels, kernel {kernel}");
             println!("{what}: at most {brightest:.4}, {count} pixels leak");
-            // 0.0187 in one pixel of one case, as measured; else at most 0.0064.
-            assert!(brightest <= 0.02 && count <= 1, "{what}: {brightest} of the sun, {count} pixels");
+            assert!(brightest <= 0.01, "{what}: {brightest} of the sun");
         }
     }
     // The test can fail: wider filters shine through the edges.
@@ -119,16 +118,16 @@ fn the_sun_does_not_leak_between_sheets_without_thickness() {
         assert!(brightest <= 0.01, "walls of {wall_m} m: {brightest} of the sun");
     }
     // Of 24,576 pixels. Where all texels beside a drop count as open, it is 0.14 of the sun, and 67 pixels.
-    for (map_px, to_light) in [(0, to_light), (4096, to_light), (0, Vec3::new(3.0, 1.5, 2.0))] {
+    let suns = [to_light, Vec3::new(3.0, 1.5, 2.0), Vec3::new(1.0, 4.0, 1.0), Vec3::new(0.3, 4.0, 0.4)];
+    // The last grazes a wall: 0.015 and one pixel; of the others none is above 0.007.
+    let grazing = Vec3::new(0.2, 4.0, 3.0);
+    for (map_px, to_light) in suns.map(|sun| (0, sun)).into_iter().chain([(4096, to_light), (0, grazing)]) {
         let (brightest, count) = within(0.0, map_px, to_light);
         assert!(
-            brightest <= 0.02 && count <= 3,
+            brightest <= 0.02 && count <= 1,
             "{to_light}, maps of {map_px}: {brightest} of the sun, {count} pixels"
         );
     }
-    // What docs/shadows.md says: a floor that faces the sun is not looked at.
-    let (brightest, count) = within(0.0, 0, Vec3::new(1.0, 4.0, 1.0));
-    assert!(brightest < 0.5 && count <= 130, "{brightest} of the sun, {count} pixels");
 }
 
 /// In a corner that is open to the sun the wall, along which the light nearly runs, is no darker than half.

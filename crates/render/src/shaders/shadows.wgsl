@@ -45,16 +45,14 @@ const PENUMBRA_TAPS: u32 = 16u;
 // Of walls close before a surface: what is left of the bias where texels are compared at their own middles; texels that
 // are read, those of the filter (3 × 3) and two up the surface's slope; the rise of a surface over a texel, in texels,
 // from which on the bias lifts it through walls of two texels; what each of the two texels counts; the weight of texels
-// without a wall from which on nothing is taken away; the share of texels that show the surface, of all that tell
-// anything, from which on nothing is taken away beside a drop; and the share of the way along the normal at which
-// texels are read.
+// without a wall from which on nothing is taken away; and the share of texels that show the surface, of all that tell
+// anything, from which on nothing is taken away beside a drop.
 const WALL_BIAS_SHARE: f32 = 0.1;
 const WALL_READS: u32 = 11u;
 const WALL_SLOPE_MIN: f32 = 0.5;
 const UPHILL_WEIGHT: f32 = 0.125;
 const OPEN_WEIGHT: f32 = 0.25;
 const SHOWN_SHARE: f32 = 0.5;
-const WALL_PLACE: f32 = 0.8;
 // The golden angle: successive points of a spiral lie nowhere near each other (Vogel 1979).
 const GOLDEN_ANGLE: f32 = 2.39996323;
 
@@ -265,11 +263,12 @@ fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texe
     // Of a wall at a right angle to the surface no texel is farther where it leaks.
     let reach = 6.0 * rise + 4.0 * side;
     let uphill = point.gradient * (texel / max(length(point.gradient), 1e-30));
-    // Near the filter's place. Not all the way, because narrow lit surfaces would lie outside the texels around it.
+    // The filter's place, unless a large bias moves that away from what the surface itself is lit by.
     let moved = point.position - foot.xy;
-    let place = foot.xy + moved * min(WALL_PLACE, 1.5 * texel / max(length(moved), 1e-30));
+    let place = foot.xy + moved * min(1.0, 1.5 * texel / max(length(moved), 1e-30));
     let own = (floor(place / texel) + 0.5) * texel;
-    let is_asked = (filtered > 0.0) & (rise > WALL_SLOPE_MIN * side);
+    // A surface that faces the light leaks beside drops alone, and there the filter finds something, too.
+    let is_asked = (filtered > 0.0) & ((rise > WALL_SLOPE_MIN * side) | (filtered < 1.0));
     // Without rounds where nothing can leak, rather than a branch, of which software adapters run both sides.
     let rounds = select(0u, WALL_READS, is_asked);
     var open = select(OPEN_WEIGHT, 0.0, is_asked);
@@ -277,6 +276,8 @@ fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texe
     var shown = 0.0;
     var walled = 0.0;
     var dropped = 0.0;
+    // And of those with something farther, which is a wall if the light grazes that.
+    var farther = 0.0;
     for (var i = 0u; i < rounds; i++) {
         // The texel in the middle first: nearly always it decides.
         let turn = (i + 4u) % 9u;
@@ -303,6 +304,7 @@ fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texe
         open += select(weight * (1.0 - covered), uphill_weight, is_uphill);
         shown += select(weight * likeness, uphill_weight, is_uphill);
         walled += select(0.0, weight, is_wall & !is_uphill);
+        farther += select(0.0, weight, (gap > reach) & (depth > 0.0) & !is_uphill);
         dropped += select(0.0, weight, is_drop);
         if shown >= OPEN_WEIGHT {
             break;
@@ -310,7 +312,8 @@ fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texe
     }
     // Where no texel tells anything, the filter is believed.
     let told = shown + walled;
-    let of_shown = select(1.0, shown / (SHOWN_SHARE * max(told, 1e-6)), told > 0.0);
+    let of_others = select(1.0, 0.0, farther > 0.0);
+    let of_shown = select(of_others, shown / (SHOWN_SHARE * max(told, 1e-6)), told > 0.0);
     let is_at_drop = (dropped > 0.0) & (shown < OPEN_WEIGHT);
     let kept = select(open / OPEN_WEIGHT, of_shown, is_at_drop);
     return clamp(2.0 * kept - 1.0, 0.0, 1.0);
