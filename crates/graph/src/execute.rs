@@ -161,22 +161,30 @@ impl Executor {
     }
 
     /// Takes the exported textures of `run` out of the pool, so that they keep what they hold after the next run too.
+    /// [`Self::end_frame`] may come before or after.
     pub fn release_exports(&mut self, run: &Run) {
         self.pool.remove(|texture| run.exports.iter().flatten().any(|export| export == texture));
     }
 
     /// Destroys exported textures that [`Self::release_exports`] took out of the pool, for the reason that
-    /// [`Self::destroy_given_back`] gives; those of histories stay. No commands that are still to be submitted may hold
+    /// [`Self::end_frame`] gives; those of histories stay. No commands that are still to be submitted may hold
     /// them.
     pub fn destroy_released<'t>(&self, textures: impl Iterator<Item = &'t wgpu::Texture>) {
         textures.filter(|texture| !self.histories.hold(texture)).for_each(wgpu::Texture::destroy);
     }
 
-    /// Destroys the textures that were given back because no frame asks for their shape any more, but for those that
+    /// Ends a frame, once the encoders of all of its runs are submitted: the next frame finds what `run` wrote to
+    /// histories, and textures age by one frame, however many runs it had. A frame that is not submitted does not end:
+    /// the next one finds histories as it did.
+    ///
+    /// Textures that are given back because no frame asks for their shape any more are destroyed, but for those that
     /// `run` exports. To drop them is not enough: browsers free what was dropped when they collect garbage, which
-    /// textures do not hasten. Call it after the encoders of all frames that were run are submitted. Textures of a few
-    /// texels are only dropped: they take no memory, and who exported one may hold it for long.
-    pub fn destroy_given_back(&mut self, run: &Run) {
+    /// textures do not hasten. Textures of a few texels are only dropped: they take no memory, and who exported one may
+    /// hold it for long.
+    pub fn end_frame(&mut self, run: &Run) {
+        run.written.iter().for_each(|history| self.histories.written(history));
+        self.pool.end_frame();
+        self.histories.end_frame();
         let textures = self.pool.take_given_back().into_iter().chain(self.histories.take_given_back());
         for texture in textures {
             let is_small = texture.width() * texture.height() < SMALL_TEXELS;
@@ -197,12 +205,18 @@ impl Executor {
         self.pool.bytes() + self.histories.bytes()
     }
 
+    /// How many textures were made so far, for passes and for histories.
+    pub fn textures_made(&self) -> u64 {
+        self.pool.made() + self.histories.made()
+    }
+
     /// Memory that [`Executor::run`] would allocate for textures, beyond what it holds already.
     pub fn missing_bytes(&self, plan: &Plan, options: &RunOptions<'_>) -> u64 {
         self.pool.missing_bytes(&slot_shapes(plan, options, self.memoryless))
     }
 
-    /// Records a frame. Submit the encoder afterwards.
+    /// Records a frame, or a part of one. Submit the encoder afterwards, and call [`Self::end_frame`] once for all runs
+    /// of the frame: textures of an earlier run serve the later ones, and histories go on only then.
     ///
     /// # Panics
     /// If `plan` is not the plan of `graph`.
@@ -254,13 +268,11 @@ impl Executor {
         }
         written.sort_unstable();
         written.dedup();
-        if options.leaves_histories {
-            written.clear();
+        if !options.leaves_histories {
+            run.written = written.iter().map(|index| histories[*index as usize].name.clone()).collect();
         }
-        written.iter().for_each(|index| self.histories.written(&histories[*index as usize]));
         run.timestamps = self.times.end(encoder, options.time, timed, &run.passes);
         self.pool.end_run();
-        self.histories.end_run();
         run
     }
 

@@ -34,6 +34,13 @@ pub(super) struct Executed {
     pub legends: Legends,
 }
 
+/// How many pipelines and textures a renderer has made.
+#[derive(Clone, Copy)]
+struct Made {
+    pipelines: u64,
+    textures: u64,
+}
+
 /// What the views of a frame are recorded from.
 struct FrameParts<'s> {
     world: World<'s>,
@@ -63,7 +70,7 @@ impl Renderer {
         purpose: &mut Purpose<'_>,
     ) -> Result<Executed, RenderError> {
         let output_bytes = self.begin_frame((scene, asked), states, purpose)?;
-        let pipelines_made = self.shaders.made();
+        let made_before = self.made();
         let mut stats = stats_of_captures(asked, captures_left_out);
 
         let (mut world, has_previous) = self.world(scene, asked, &mut stats);
@@ -85,7 +92,7 @@ impl Renderer {
         }
         let lit = (world, has_previous, lit, shadows);
         let parts = self.prepare_views((scene, asked), states, lit, (output_bytes, &mut stats), purpose)?;
-        self.draw((scene, asked), states, parts, (stats, pipelines_made), purpose)
+        self.draw((scene, asked), states, parts, (stats, made_before), purpose)
     }
 
     /// Begins what is made anew with each frame, if its pictures have room. Gives the bytes that they take.
@@ -193,7 +200,7 @@ impl Renderer {
         (scene, asked): (&Scene, &[Asked]),
         states: &mut [ViewState],
         parts: FrameParts<'_>,
-        (mut stats, pipelines_made): (FrameStats, u64),
+        (mut stats, made_before): (FrameStats, Made),
         purpose: &Purpose<'_>,
     ) -> Result<Executed, RenderError> {
         let FrameParts { world, shadows, ground, surroundings, environment, ready, .. } = parts;
@@ -263,13 +270,12 @@ impl Renderer {
         stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
         self.gpu.queue.submit([first.finish(), encoder.finish()]);
         free_unused(&mut self.executor, &run, &unfinished);
-        self.count_bound(&mut stats);
+        self.count_made(&mut stats, made_before);
         if missing_bytes > 0 {
             // The executor gave textures of other shapes back, and nobody else shall keep them.
             self.bind_groups.forget_unused();
         }
         self.world_draws = world.draws;
-        stats.pipelines_made = self.shaders.made() - pipelines_made;
         self.stats = stats;
         self.gpu.check()?;
         keep((scene, self.shadows.scene_version, asked), states, &ready, recorded, &run, purpose)?;
@@ -279,8 +285,16 @@ impl Renderer {
         Ok(Executed { plan, run: Some(run), exports, legends: legends.take() })
     }
 
-    /// Puts what a frame made to be bound, and what it bound, into its numbers.
-    fn count_bound(&self, stats: &mut FrameStats) {
+    /// How many pipelines and textures were made so far.
+    fn made(&self) -> Made {
+        Made { pipelines: self.shaders.made(), textures: self.executor.textures_made() }
+    }
+
+    /// Puts what a frame made, and what it bound, into its numbers.
+    fn count_made(&self, stats: &mut FrameStats, before: Made) {
+        let Made { pipelines, textures } = self.made();
+        stats.pipelines_made = pipelines - before.pipelines;
+        stats.textures_made = textures - before.textures;
         stats.bind_groups_made = self.bind_groups.made();
         stats.bundles_executed = self.bundles.executed();
         stats.binding_changes = self.bundles.changes();
@@ -436,9 +450,10 @@ fn keep(
     Ok(())
 }
 
-/// Frees what the frame that was submitted was the last to use.
+/// Ends the frame that was submitted, and frees what it was the last to use. The other runs of a frame, of the ground and
+/// of environments, export nothing and have no histories.
 fn free_unused(executor: &mut Executor, run: &Run, unfinished: &[(usize, Unfinished)]) {
-    executor.destroy_given_back(run);
+    executor.end_frame(run);
     unfinished.iter().for_each(|(_, drawn)| destroy(&drawn.picture));
 }
 
