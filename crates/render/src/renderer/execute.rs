@@ -82,7 +82,7 @@ impl Renderer {
             .collect();
         // What fades has instances that only now are known.
         stats.uploaded_bytes += self.instances.write(&self.gpu, &world.draws.instances);
-        let shadows = self.prepare_shadows(asked, states, &lit, &world, &mut stats, purpose);
+        let shadows = self.prepare_shadows(asked, &lit, &world, &mut stats, purpose);
         if let Purpose::Rounds(rounds) = purpose {
             *rounds = stats.light_rounds.max(1);
             self.world_draws = world.draws;
@@ -124,7 +124,7 @@ impl Renderer {
         (output_bytes, stats): (u64, &mut FrameStats),
         purpose: &Purpose<'_>,
     ) -> Result<FrameParts<'s>, RenderError> {
-        let ground = self.prepare_ground(asked, states, &world, stats, purpose.is_plan());
+        let ground = self.prepare_ground(asked, &lit, &world, stats, purpose.is_plan());
         let of_surroundings = asked.iter().find(|asked| !matches!(asked.part, ViewPart::Side(_)));
         let environment = of_surroundings.and_then(|asked| self.tiles_of(asked)).map(|tiles| tiles.view.clone());
         let surroundings = of_surroundings.and_then(|asked| {
@@ -139,7 +139,7 @@ impl Renderer {
                 let of_frame = (of_view, ground.as_ref(), surroundings.as_ref());
                 self.ready((scene, &world.draws, asked), lit, of_frame, has_previous, stats)
             })
-            .collect::<Result<_, _>>()?;
+            .collect();
         let captured = self.captured_probes(scene, asked, surroundings.as_ref());
         let mut room = Room { budget_bytes: self.memory_budget_bytes, needed_bytes: output_bytes };
         let overlays = self.prepare_overlays((scene, asked), states, (&mut room, stats), purpose)?;

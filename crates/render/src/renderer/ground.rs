@@ -2,8 +2,7 @@
 
 use super::Renderer;
 use super::asked::Asked;
-use super::lit::World;
-use super::output::ViewState;
+use super::lit::{Lit, World};
 use crate::draws::Tile;
 use crate::environment::Environment;
 use crate::environment::studio::key_of_fill;
@@ -46,15 +45,15 @@ impl Renderer {
     pub(super) fn prepare_ground(
         &mut self,
         asked: &[Asked],
-        states: &[ViewState],
+        lit: &[Lit],
         world: &World<'_>,
         stats: &mut FrameStats,
         is_plan: bool,
     ) -> Option<FrameGround> {
         let version = self.shadows.version(asked);
-        let has_ground = |(asked, _): &(&Asked, &ViewState)| asked.request.settings.ground.mode != Ground::None;
-        let (asked, state) = asked.iter().zip(states).find(has_ground)?;
-        let of_table = state.lists.as_ref().and_then(|lists| GroundLight::of_table(&lists.table));
+        let has_ground = |(asked, _): &(&Asked, &Lit)| asked.request.settings.ground.mode != Ground::None;
+        let (asked, lit) = asked.iter().zip(lit).find(has_ground)?;
+        let of_table = GroundLight::of_table(&lit.lists.table);
         let broad_source = if of_table.is_none() { self.broad_source_of(asked) } else { None };
         let of_environment = light_in_environment(broad_source.as_ref(), &asked.request);
         let light = of_table.or(of_environment).map(|GroundLight { mut parallel, .. }| {

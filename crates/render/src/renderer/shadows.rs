@@ -4,7 +4,6 @@ use super::Purpose;
 use super::Renderer;
 use super::asked::{Asked, ViewPart};
 use super::lit::{Lit, World};
-use super::output::ViewState;
 use crate::gpu::{Gpu, destroy};
 use crate::record::{InstanceTable, depth_texture};
 use crate::request::{FrameRequest, FrameStats};
@@ -129,15 +128,13 @@ impl Renderer {
     pub(super) fn prepare_shadows(
         &mut self,
         asked: &[Asked],
-        states: &[ViewState],
         lit: &[Lit],
         world: &World<'_>,
         stats: &mut FrameStats,
         purpose: &Purpose<'_>,
     ) -> Option<(FrameShadows, Atlas)> {
         let (settings, side_max) = settings_of(asked, world.scene, self.gpu.capabilities.max_texture_size)?;
-        let of_view = |((asked, state), lit): ((&'_ Asked, &'_ ViewState), &'_ Lit)| {
-            let table = state.lists.as_ref().map(|lists| lists.table.clone())?;
+        let of_view = |(asked, lit): (&'_ Asked, &'_ Lit)| {
             let is_drawn = asked.request.settings.shadows.enabled && !asked.part.is_fisheye();
             is_drawn.then_some((
                 asked.name.clone(),
@@ -146,10 +143,10 @@ impl Renderer {
                 (lit.range, lit.seen.beyond),
                 asked.request.settings.fog.scatters(),
                 matches!(asked.part, ViewPart::Probe(_)),
-                table,
+                lit.lists.table.clone(),
             ))
         };
-        let views: Vec<_> = asked.iter().zip(states).zip(lit).map(of_view).collect();
+        let views: Vec<_> = asked.iter().zip(lit).map(of_view).collect();
         let viewers: Vec<_> = views
             .iter()
             .flatten()
