@@ -161,32 +161,27 @@ impl Executor {
     }
 
     /// Takes the exported textures of `run` out of the pool, so that they keep what they hold after the next run too.
-    /// [`Self::end_frame`] may come before or after.
     pub fn release_exports(&mut self, run: &Run) {
         self.pool.remove(|texture| run.exports.iter().flatten().any(|export| export == texture));
     }
 
     /// Destroys exported textures that [`Self::release_exports`] took out of the pool, for the reason that
-    /// [`Self::end_frame`] gives; those of histories stay. No commands that are still to be submitted may hold
-    /// them.
+    /// [`Self::end_frame`] gives; those of histories stay. No commands that are yet to be submitted may hold them.
     pub fn destroy_released<'t>(&self, textures: impl Iterator<Item = &'t wgpu::Texture>) {
         textures.filter(|texture| !self.histories.hold(texture)).for_each(wgpu::Texture::destroy);
     }
 
-    /// Ends a frame, once the encoders of all of its runs are submitted: the next frame finds what `run` wrote to
-    /// histories, and textures age by one frame, however many runs it had. A frame that is not submitted does not end:
-    /// the next one finds histories as it did.
+    /// Ends a frame, once the encoders of all of its runs are submitted: histories go on from what `run` wrote, and
+    /// textures age by one frame. A frame that is not submitted does not end, and leaves histories as they are.
     ///
-    /// Textures that are given back because no frame asks for their shape any more are destroyed, but for those that
-    /// `run` exports. To drop them is not enough: browsers free what was dropped when they collect garbage, which
-    /// textures do not hasten. Textures of a few texels are only dropped: they take no memory, and who exported one may
-    /// hold it for long.
+    /// Textures that no frame asks for any more are destroyed, but for those that `run` exports: browsers free what is
+    /// only dropped when they collect garbage, which textures do not hasten. Those of a few texels are only dropped: they
+    /// take no memory, and who exported one may hold it for long.
     pub fn end_frame(&mut self, run: &Run) {
         run.written.iter().for_each(|history| self.histories.written(history));
         self.pool.end_frame();
         self.histories.end_frame();
-        let textures = self.pool.take_given_back().into_iter().chain(self.histories.take_given_back());
-        for texture in textures {
+        for texture in self.pool.take_given_back().into_iter().chain(self.histories.take_given_back()) {
             let is_small = texture.width() * texture.height() < SMALL_TEXELS;
             if !is_small && !run.exports.iter().flatten().any(|export| *export == texture) {
                 texture.destroy();
@@ -215,8 +210,7 @@ impl Executor {
         self.pool.missing_bytes(&slot_shapes(plan, options, self.memoryless))
     }
 
-    /// Records a frame, or a part of one. Submit the encoder afterwards, and call [`Self::end_frame`] once for all runs
-    /// of the frame: textures of an earlier run serve the later ones, and histories go on only then.
+    /// Records a frame, or a part of one. Submit the encoder afterwards, and call [`Self::end_frame`] once a frame.
     ///
     /// # Panics
     /// If `plan` is not the plan of `graph`.
