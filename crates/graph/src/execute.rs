@@ -166,19 +166,22 @@ impl Executor {
     }
 
     /// Destroys exported textures that [`Self::release_exports`] took out of the pool, for the reason that
-    /// [`Self::destroy_given_back`] gives; those of histories stay. No commands that are still to be submitted may hold
-    /// them.
+    /// [`Self::end_frame`] gives; those of histories stay. No commands that are yet to be submitted may hold them.
     pub fn destroy_released<'t>(&self, textures: impl Iterator<Item = &'t wgpu::Texture>) {
         textures.filter(|texture| !self.histories.hold(texture)).for_each(wgpu::Texture::destroy);
     }
 
-    /// Destroys the textures that were given back because no frame asks for their shape any more, but for those that
-    /// `run` exports. To drop them is not enough: browsers free what was dropped when they collect garbage, which
-    /// textures do not hasten. Call it after the encoders of all frames that were run are submitted. Textures of a few
-    /// texels are only dropped: they take no memory, and who exported one may hold it for long.
-    pub fn destroy_given_back(&mut self, run: &Run) {
-        let textures = self.pool.take_given_back().into_iter().chain(self.histories.take_given_back());
-        for texture in textures {
+    /// Ends a frame, once the encoders of all of its runs are submitted: histories go on from what `run` wrote, and
+    /// textures age by one frame. A frame that is not submitted does not end, and leaves histories as they are.
+    ///
+    /// Textures that no frame asks for any more are destroyed, but for those that `run` exports: browsers free what is
+    /// only dropped when they collect garbage, which textures do not hasten. Those of a few texels are only dropped: they
+    /// take no memory, and who exported one may hold it for long.
+    pub fn end_frame(&mut self, run: &Run) {
+        run.written.iter().for_each(|history| self.histories.written(history));
+        self.pool.end_frame();
+        self.histories.end_frame();
+        for texture in self.pool.take_given_back().into_iter().chain(self.histories.take_given_back()) {
             let is_small = texture.width() * texture.height() < SMALL_TEXELS;
             if !is_small && !run.exports.iter().flatten().any(|export| *export == texture) {
                 texture.destroy();
@@ -197,12 +200,17 @@ impl Executor {
         self.pool.bytes() + self.histories.bytes()
     }
 
+    /// How many textures were made so far, for passes and for histories.
+    pub fn textures_made(&self) -> u64 {
+        self.pool.made() + self.histories.made()
+    }
+
     /// Memory that [`Executor::run`] would allocate for textures, beyond what it holds already.
     pub fn missing_bytes(&self, plan: &Plan, options: &RunOptions<'_>) -> u64 {
         self.pool.missing_bytes(&slot_shapes(plan, options, self.memoryless))
     }
 
-    /// Records a frame. Submit the encoder afterwards.
+    /// Records a frame, or a part of one. Submit the encoder afterwards, and call [`Self::end_frame`] once a frame.
     ///
     /// # Panics
     /// If `plan` is not the plan of `graph`.
@@ -254,13 +262,11 @@ impl Executor {
         }
         written.sort_unstable();
         written.dedup();
-        if options.leaves_histories {
-            written.clear();
+        if !options.leaves_histories {
+            run.written = written.iter().map(|index| histories[*index as usize].name.clone()).collect();
         }
-        written.iter().for_each(|index| self.histories.written(&histories[*index as usize]));
         run.timestamps = self.times.end(encoder, options.time, timed, &run.passes);
         self.pool.end_run();
-        self.histories.end_run();
         run
     }
 

@@ -8,7 +8,8 @@
 //! - **Plan.** [`Graph::plan`] checks the declarations, drops passes that nothing
 //!   needs, derives load and store operations, merges neighbours and shares
 //!   textures between lifetimes that do not overlap. The [`Plan`] is plain data.
-//! - **Execute.** [`Executor::run`] records the plan into a command encoder.
+//! - **Execute.** [`Executor::run`] records the plan into a command encoder, and
+//!   [`Executor::end_frame`] ends the frame once that is submitted.
 //!
 //! Two whole frames are declared in `crates/render/examples/textbook_layouts`.
 //!

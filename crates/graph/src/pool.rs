@@ -65,8 +65,8 @@ struct Pooled {
     /// Few per texture: a scan is faster than a map.
     views: Vec<(ViewKey, wgpu::TextureView)>,
     taken: bool,
-    /// The run that took it last.
-    last_run: u64,
+    /// The frame that took it last.
+    last_frame: u64,
 }
 
 impl Pooled {
@@ -82,21 +82,23 @@ impl Pooled {
     }
 }
 
-/// After this many runs without use a texture is given back, however much memory there is: more than the runs of a still
-/// between two that want the same variables, and about two seconds of a live view.
-const KEPT_RUNS: u64 = 120;
+/// After this many frames without use a texture is given back, however much memory there is: more than the frames of a
+/// still between two that want the same variables, and about two seconds of a live view.
+const KEPT_FRAMES: u64 = 120;
 
 /// Transient textures by descriptor and usage.
 #[derive(Default)]
 pub(crate) struct Pool {
     textures: Vec<Pooled>,
-    run: u64,
+    frame: u64,
+    /// How many were created so far.
+    made: u64,
     /// What is held no longer, and may still stand in an encoder that is not submitted.
     given_back: Vec<wgpu::Texture>,
 }
 
 impl Pool {
-    /// A texture that nobody has taken since [`Pool::release_all`]. Its label is
+    /// A texture that nobody has taken since [`Pool::end_run`]. Its label is
     /// the name of whoever needed it first.
     pub(crate) fn take(
         &mut self,
@@ -107,18 +109,19 @@ impl Pool {
     ) -> usize {
         let free = self.textures.iter().position(|pooled| !pooled.taken && pooled.serves(desc, usage));
         let index = free.unwrap_or_else(|| {
+            self.made += 1;
             self.textures.push(Pooled {
                 desc: *desc,
                 usage,
                 texture: create_texture(device, label, desc, usage),
                 views: Vec::new(),
                 taken: false,
-                last_run: self.run,
+                last_frame: self.frame,
             });
             self.textures.len() - 1
         });
         self.textures[index].taken = true;
-        self.textures[index].last_run = self.run;
+        self.textures[index].last_frame = self.frame;
         index
     }
 
@@ -152,41 +155,50 @@ impl Pool {
         view
     }
 
-    /// Ends a run: everything is free again, and what was not used is given back, the longest unused first, until it takes
-    /// no more memory than what was used. So a resized view does not pile up the textures of every size it had.
+    /// Ends a run: everything is free again for the next one of the same frame.
     pub(crate) fn end_run(&mut self) {
-        let run = self.run;
-        let used_bytes: u64 = self.textures.iter().filter(|pooled| pooled.last_run == run).map(Pooled::bytes).sum();
+        self.textures.iter_mut().for_each(|pooled| pooled.taken = false);
+    }
+
+    /// Ends a frame: what none of its runs used is given back, the longest unused first, until it takes no more memory
+    /// than what was used. So a resized view does not pile up the textures of every size it had.
+    pub(crate) fn end_frame(&mut self) {
+        let frame = self.frame;
+        let used_bytes: u64 = self.textures.iter().filter(|pooled| pooled.last_frame == frame).map(Pooled::bytes).sum();
         let mut unused: Vec<(u64, u64)> = self
             .textures
             .iter()
-            .filter(|pooled| pooled.last_run != run)
-            .map(|pooled| (pooled.last_run, pooled.bytes()))
+            .filter(|pooled| pooled.last_frame != frame)
+            .map(|pooled| (pooled.last_frame, pooled.bytes()))
             .collect();
         unused.sort_unstable_by(|a, b| b.cmp(a));
-        // The most recent unused textures that fit beside the used ones; of one run all or none.
+        // The most recent unused textures that fit beside the used ones; of one frame all or none.
         let mut kept_bytes = 0;
-        let mut oldest_kept = run;
-        for (index, &(last_run, bytes)) in unused.iter().enumerate() {
+        let mut oldest_kept = frame;
+        for (index, &(last_frame, bytes)) in unused.iter().enumerate() {
             kept_bytes += bytes;
             if kept_bytes > used_bytes {
                 break;
             }
-            if unused.get(index + 1).is_none_or(|next| next.0 != last_run) {
-                oldest_kept = last_run;
+            if unused.get(index + 1).is_none_or(|next| next.0 != last_frame) {
+                oldest_kept = last_frame;
             }
         }
-        let oldest_kept = oldest_kept.max(run.saturating_sub(KEPT_RUNS));
+        let oldest_kept = oldest_kept.max(frame.saturating_sub(KEPT_FRAMES));
         let given_back = &mut self.given_back;
-        self.textures.retain_mut(|pooled| {
-            pooled.taken = false;
-            let is_kept = pooled.last_run >= oldest_kept;
+        self.textures.retain(|pooled| {
+            let is_kept = pooled.last_frame >= oldest_kept;
             if !is_kept {
                 given_back.push(pooled.texture.clone());
             }
             is_kept
         });
-        self.run += 1;
+        self.frame += 1;
+    }
+
+    /// How many textures were created so far.
+    pub(crate) fn made(&self) -> u64 {
+        self.made
     }
 
     /// What was given back since this was last called.
@@ -213,8 +225,8 @@ struct Pair {
     views: Vec<(usize, ViewKey, wgpu::TextureView)>,
     /// Which of the two was written last.
     newest: usize,
-    /// The run that used it last.
-    last_run: u64,
+    /// The frame that used it last.
+    last_frame: u64,
 }
 
 /// Ping-pong pairs that carry a texture from one frame to the next.
@@ -222,7 +234,9 @@ struct Pair {
 pub(crate) struct Histories {
     pairs: HashMap<Cow<'static, str>, Pair>,
     book: Arc<HistoryBook>,
-    run: u64,
+    frame: u64,
+    /// How many textures were created so far.
+    made: u64,
     /// What is held no longer, and may still stand in an encoder that is not submitted.
     given_back: Vec<wgpu::Texture>,
 }
@@ -246,15 +260,18 @@ impl Histories {
                 | wgpu::TextureUsages::TEXTURE_BINDING
                 | wgpu::TextureUsages::COPY_SRC;
             let textures = [0, 1].map(|which| create_texture(device, &format!("{name}.history{which}"), desc, usage));
-            Pair { desc: *desc, textures, views: Vec::new(), newest: 0, last_run: 0 }
+            Pair { desc: *desc, textures, views: Vec::new(), newest: 0, last_frame: 0 }
         };
+        if self.pairs.get(name).is_none_or(|pair| pair.desc != *desc) {
+            self.made += 2;
+        }
         let pair = self.pairs.entry(name.clone()).or_insert_with(make);
         if pair.desc != *desc {
             let former = std::mem::replace(pair, make());
             self.given_back.extend(former.textures);
             Arc::make_mut(&mut self.book).remove(name);
         }
-        pair.last_run = self.run;
+        pair.last_frame = self.frame;
         let which = if is_next { 1 - pair.newest } else { pair.newest };
         let known = pair.views.iter().find(|view| view.0 == which && view.1 == key).map(|view| view.2.clone());
         let view = known.unwrap_or_else(|| {
@@ -266,21 +283,21 @@ impl Histories {
     }
 
     /// What this frame wrote is what the next one finds.
-    pub(crate) fn written(&mut self, HistoryNode { name, .. }: &HistoryNode) {
+    pub(crate) fn written(&mut self, name: &str) {
         let Some(pair) = self.pairs.get_mut(name) else { return };
         pair.newest = 1 - pair.newest;
         if self.book.get(name) != Some(&pair.desc) {
-            Arc::make_mut(&mut self.book).insert(name.clone(), pair.desc);
+            Arc::make_mut(&mut self.book).insert(name.to_owned().into(), pair.desc);
         }
     }
 
-    /// Ends a run: histories that were long not asked for are given back.
-    pub(crate) fn end_run(&mut self) {
-        let oldest_kept = self.run.saturating_sub(KEPT_RUNS);
-        if self.pairs.values().any(|pair| pair.last_run < oldest_kept) {
+    /// Ends a frame: histories that were long not asked for are given back.
+    pub(crate) fn end_frame(&mut self) {
+        let oldest_kept = self.frame.saturating_sub(KEPT_FRAMES);
+        if self.pairs.values().any(|pair| pair.last_frame < oldest_kept) {
             let given_back = &mut self.given_back;
             self.pairs.retain(|_, pair| {
-                let is_kept = pair.last_run >= oldest_kept;
+                let is_kept = pair.last_frame >= oldest_kept;
                 if !is_kept {
                     given_back.extend(pair.textures.iter().cloned());
                 }
@@ -289,7 +306,12 @@ impl Histories {
             let pairs = &self.pairs;
             Arc::make_mut(&mut self.book).retain(|name, _| pairs.contains_key(name));
         }
-        self.run += 1;
+        self.frame += 1;
+    }
+
+    /// How many textures were created so far.
+    pub(crate) fn made(&self) -> u64 {
+        self.made
     }
 
     /// What was given back since this was last called.

@@ -22,6 +22,8 @@ pub struct Run {
     pub untapped: Vec<Untapped>,
     pub(crate) passes: Vec<(Cow<'static, str>, f64)>,
     pub(crate) exports: Vec<Option<wgpu::Texture>>,
+    /// The names of the histories that the next frame is to find as they were written.
+    pub(crate) written: Vec<Cow<'static, str>>,
     #[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser cannot wait for what would be read"))]
     pub(crate) timestamps: Option<Timestamps>,
     graph: u32,
@@ -71,6 +73,7 @@ impl Run {
             untapped: Vec::new(),
             passes: Vec::with_capacity(passes),
             exports: Vec::new(),
+            written: Vec::new(),
             timestamps: None,
             graph,
         }

@@ -15,6 +15,7 @@ mod loading;
 mod measuring;
 mod metering;
 mod mirrors;
+mod next;
 mod output;
 mod portals;
 mod prepare;

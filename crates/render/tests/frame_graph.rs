@@ -41,6 +41,7 @@ impl Bench {
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         let run = self.executor.run(graph, &plan, &mut encoder, options);
         self.gpu.queue.submit([encoder.finish()]);
+        self.executor.end_frame(&run);
         (plan, run)
     }
 
@@ -136,6 +137,43 @@ fn after_fifty_sizes_the_pool_holds_at_most_twice_the_plan() {
         let (held, planned) = (bench.executor.pool_bytes(), plan.bytes().aliased);
         assert!(held <= 2 * planned, "{held} bytes are held, {planned} are planned");
     }
+}
+
+#[test]
+fn textures_age_once_a_frame_and_not_once_a_run() {
+    let mut bench = Bench::new();
+    let mut made = Vec::new();
+    for _ in 0..4 {
+        let mut last = None;
+        // The large one is more than twice what the small one takes, so that runs that age would give it back.
+        for side in [256, 8] {
+            let mut graph = bench.graph();
+            let target = graph.texture("target", TextureDesc::new_2d(side, side, F::Rgba8Unorm));
+            let target = graph.pass("fill").color(target, fill(0.5));
+            graph.export(target);
+            let plan = graph.plan().expect("plans");
+            let mut encoder = bench.gpu.device.create_command_encoder(&Default::default());
+            last = Some(bench.executor.run(graph, &plan, &mut encoder, &RunOptions::default()));
+            bench.gpu.queue.submit([encoder.finish()]);
+        }
+        bench.executor.end_frame(&last.expect("a run"));
+        made.push(bench.executor.textures_made());
+    }
+    assert_eq!(made, [2, 2, 2, 2]);
+}
+
+#[test]
+fn a_frame_that_is_not_submitted_leaves_histories_as_they_are() {
+    let mut bench = Bench::new();
+    assert_eq!(bench.frame_of_histories(&[("", 8, 0.2)]), [None]);
+    let mut graph = bench.graph();
+    let history = graph.history("fog", TextureDesc::new_2d(8, 8, F::Rgba8Unorm));
+    graph.pass("fog").color(history.next, fill(1.0));
+    let plan = graph.plan().expect("plans");
+    let mut encoder = bench.gpu.device.create_command_encoder(&Default::default());
+    bench.executor.run(graph, &plan, &mut encoder, &RunOptions::default());
+    drop(encoder);
+    assert_eq!(bench.frame_of_histories(&[("", 8, 0.4)]), [Some(51)]);
 }
 
 #[test]

@@ -55,6 +55,7 @@ impl Shot {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             let run = executor.run(graph, &plan, &mut encoder, &RunOptions::default());
             gpu.queue.submit([encoder.finish()]);
+            executor.end_frame(&run);
             gpu.wait();
             drawn = Some((run, export, plan));
             Ok(())

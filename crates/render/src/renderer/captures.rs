@@ -3,6 +3,7 @@
 
 use super::asked::ViewPart;
 use super::mirrors::{MirrorSeen, Mirrors, VIEWS_MAX};
+use super::next::NextState;
 use super::{Purpose, Renderer};
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::draws::may_show;
@@ -62,6 +63,38 @@ impl CaptureState {
     /// What is forgotten where textures are made anew.
     pub fn clear(&mut self) {
         self.drawn.clear();
+    }
+
+    /// Of the monitors that a frame shows those that it draws anew: all of a still.
+    fn take_turns<'m>(
+        &mut self,
+        request: &FrameRequest,
+        shown: &BTreeSet<usize>,
+        monitor_of: impl Fn(usize) -> Option<&'m Monitor>,
+    ) -> BTreeSet<usize> {
+        let Self { frame, drawn } = self;
+        *frame += 1;
+        let mut due: Vec<(u64, (usize, u32, u32))> = Vec::new();
+        for image in shown {
+            let Some(monitor) = monitor_of(*image) else { continue };
+            let key = (*image, monitor.width, monitor.height);
+            let last = drawn.get(&key).copied();
+            let is_due = !request.goes_on
+                || last.is_none_or(|last| match monitor.options.update {
+                    Update::Always => true,
+                    Update::Every(frames) => *frame - last >= u64::from(frames.max(1)),
+                    Update::Once => false,
+                });
+            if is_due {
+                due.push((last.unwrap_or(0), key));
+            }
+        }
+        // Those that wait longest come first.
+        due.sort_unstable();
+        let most = request.settings.captures.per_frame as usize;
+        due.truncate(if most == 0 || !request.goes_on { usize::MAX } else { most });
+        drawn.extend(due.iter().map(|(_, key)| (*key, *frame)));
+        due.into_iter().map(|(_, (image, ..))| image).collect()
     }
 }
 
@@ -182,8 +215,7 @@ pub(super) fn settings_of(quality: Option<&str>, settings: &Settings) -> Result<
 }
 
 impl Renderer {
-    /// `parts`, and the views of what they show of monitors and mirrors. What is only planned changes nothing that the next
-    /// frame finds.
+    /// `parts`, and the views of what they show of monitors and mirrors. Whose turn it was is in `next`.
     ///
     /// # Errors
     /// A monitor or mirror asks for a tier of quality that there is not.
@@ -192,8 +224,8 @@ impl Renderer {
         scene: &Scene,
         parts: Vec<Part>,
         purpose: &Purpose<'_>,
+        next: &mut NextState,
     ) -> Result<Captures, RenderError> {
-        let is_plan = purpose.is_plan();
         let Some(first) = parts.first().map(|part| part.request.clone()) else { return Ok(Captures::default()) };
         if !first.settings.captures.enabled {
             return Ok(Captures { parts, ..Captures::default() });
@@ -202,13 +234,13 @@ impl Renderer {
         let depth = first.settings.captures.depth.max(1);
         let (mut drawn, mut shown) = (0, BTreeSet::new());
         let of_picture = mirrors.before(scene, parts, depth, (&mut drawn, &mut shown))?;
-        let (monitors, monitors_left_out) = self.monitors(scene, &of_picture, is_plan)?;
+        let (monitors, monitors_left_out) = self.monitors(scene, &of_picture, &mut next.captures)?;
         // A meter exposes its readings otherwise than pictures are.
         let mut all = match purpose {
             Purpose::Meter(_) => Vec::new(),
-            _ => self.probe_parts(scene, &first, is_plan),
+            _ => self.probe_parts(scene, &first, next),
         };
-        all.extend(self.sides(scene, &first, is_plan)?);
+        all.extend(self.sides(scene, &first, &mut next.surroundings)?);
         all.extend(mirrors.before(scene, monitors, depth, (&mut drawn, &mut shown))?);
         all.extend(of_picture);
         let beyond = drawn.saturating_sub(VIEWS_MAX) as u32;
@@ -217,7 +249,12 @@ impl Renderer {
     }
 
     /// The views of monitors that `parts` show, and how many it leaves out.
-    fn monitors(&mut self, scene: &Scene, parts: &[Part], is_plan: bool) -> Result<(Vec<Part>, u32), RenderError> {
+    fn monitors(
+        &self,
+        scene: &Scene,
+        parts: &[Part],
+        state: &mut CaptureState,
+    ) -> Result<(Vec<Part>, u32), RenderError> {
         let Some(first) = parts.first().map(|part| &part.request) else { return Ok(Default::default()) };
         let Some(screens) = Screens::of(scene) else { return Ok(Default::default()) };
         let monitor_of = |image: usize| {
@@ -254,12 +291,10 @@ impl Renderer {
             let inner = if level > 0 { format!("/{}", level + 1) } else { String::new() };
             Some(Part::new(format!("monitor/{name}{inner}"), request.clone(), ViewPart::Monitor(view)))
         };
-        // A plan is that of a frame that nobody draws.
-        let kept = is_plan.then(|| self.captures.clone());
         let is_known = |(image, width, height): &(usize, u32, u32)| {
             requests.get(image).is_some_and(|(_, monitor, _)| (monitor.width, monitor.height) == (*width, *height))
         };
-        self.captures.drawn.retain(|key, _| is_known(key));
+        state.drawn.retain(|key, _| is_known(key));
         let depth = first.settings.captures.depth.max(1) as usize;
         while levels.len() < depth {
             let inner: BTreeSet<usize> = levels.last().into_iter().flatten().flat_map(seen_by).collect();
@@ -269,8 +304,7 @@ impl Renderer {
             levels.push(inner);
         }
         let shown: BTreeSet<usize> = levels.iter().flatten().copied().collect();
-        let due = self.take_turns(first, &shown, |image| requests.get(&image).map(|(_, monitor, _)| *monitor));
-        self.captures = kept.unwrap_or(std::mem::take(&mut self.captures));
+        let due = state.take_turns(first, &shown, |image| requests.get(&image).map(|(_, monitor, _)| *monitor));
         let deepest = levels.len() - 1;
         let left_out = (screens.images.len() - due.len()) as u32;
         let mut monitors = Vec::new();
@@ -283,37 +317,5 @@ impl Renderer {
             }
         }
         Ok((monitors, left_out))
-    }
-
-    /// Of the monitors that a frame shows those that it draws anew: all of a still.
-    fn take_turns<'m>(
-        &mut self,
-        request: &FrameRequest,
-        shown: &BTreeSet<usize>,
-        monitor_of: impl Fn(usize) -> Option<&'m Monitor>,
-    ) -> BTreeSet<usize> {
-        let CaptureState { frame, drawn } = &mut self.captures;
-        *frame += 1;
-        let mut due: Vec<(u64, (usize, u32, u32))> = Vec::new();
-        for image in shown {
-            let Some(monitor) = monitor_of(*image) else { continue };
-            let key = (*image, monitor.width, monitor.height);
-            let last = drawn.get(&key).copied();
-            let is_due = !request.goes_on
-                || last.is_none_or(|last| match monitor.options.update {
-                    Update::Always => true,
-                    Update::Every(frames) => *frame - last >= u64::from(frames.max(1)),
-                    Update::Once => false,
-                });
-            if is_due {
-                due.push((last.unwrap_or(0), key));
-            }
-        }
-        // Those that wait longest come first.
-        due.sort_unstable();
-        let most = request.settings.captures.per_frame as usize;
-        due.truncate(if most == 0 || !request.goes_on { usize::MAX } else { most });
-        drawn.extend(due.iter().map(|(_, key)| (*key, *frame)));
-        due.into_iter().map(|(_, (image, ..))| image).collect()
     }
 }

@@ -4,6 +4,7 @@ use super::asked::{Asked, ViewPart};
 use super::counts::light_draws;
 use super::ground::FrameGround;
 use super::lit::{Lit, World};
+use super::next::NextState;
 use super::output::{Output, ViewState};
 use super::prepare::Ready;
 use super::recording::{OfScene, Recorded, RecordedView, record_views};
@@ -13,14 +14,13 @@ use super::{Purpose, Renderer};
 use crate::draws::{Deformation, Tile};
 use crate::environment::lobe::FACES;
 use crate::frame;
-use crate::gpu::{Gpu, destroy};
+use crate::gpu::Gpu;
 use crate::overlay::Room;
 use crate::overlay::draw::OverlayDraw;
 use crate::passes::adaptive;
 use crate::passes::probe_capture::CapturedProbe;
 use crate::record::{Frame, Legends, PreparedView, Recorder, Scrubbed};
 use crate::request::{FrameStats, RenderError};
-use crate::resources::environment::Unfinished;
 use crate::shadows::FrameShadows;
 use manypass_graph::{Executor, Export, Limits, Plan, Run, RunOptions, Taps, Timing};
 use manypass_scene::Scene;
@@ -32,6 +32,13 @@ pub(super) struct Executed {
     /// What the purpose reads of a frame that is no picture.
     pub exports: Vec<Export>,
     pub legends: Legends,
+}
+
+/// How many pipelines and textures a renderer has made.
+#[derive(Clone, Copy)]
+struct Made {
+    pipelines: u64,
+    textures: u64,
 }
 
 /// What the views of a frame are recorded from.
@@ -47,7 +54,7 @@ struct FrameParts<'s> {
     captured: Vec<Option<CapturedProbe>>,
     overlays: Vec<Option<OverlayDraw>>,
     /// Environments, by their numbers, that are to be drawn.
-    unfinished: Vec<(usize, Unfinished)>,
+    unfinished: Vec<usize>,
     /// What draws what all views share, if anything is.
     shared_view: Option<PreparedView>,
     room: Room,
@@ -60,10 +67,11 @@ impl Renderer {
         scene: &Scene,
         (asked, captures_left_out): (&[Asked], u32),
         states: &mut [ViewState],
+        mut next: NextState,
         purpose: &mut Purpose<'_>,
     ) -> Result<Executed, RenderError> {
         let output_bytes = self.begin_frame((scene, asked), states, purpose)?;
-        let pipelines_made = self.shaders.made();
+        let made_before = self.made();
         let mut stats = stats_of_captures(asked, captures_left_out);
 
         let (mut world, has_previous) = self.world(scene, asked, &mut stats);
@@ -75,7 +83,7 @@ impl Renderer {
             .collect();
         // What fades has instances that only now are known.
         stats.uploaded_bytes += self.instances.write(&self.gpu, &world.draws.instances);
-        let shadows = self.prepare_shadows(asked, states, &lit, &world, &mut stats, purpose);
+        let shadows = self.prepare_shadows(asked, &lit, &world, (&mut stats, &mut next), purpose);
         if let Purpose::Rounds(rounds) = purpose {
             *rounds = stats.light_rounds.max(1);
             self.world_draws = world.draws;
@@ -84,8 +92,8 @@ impl Renderer {
             return Ok(Executed { plan, run: None, exports: Vec::new(), legends: Legends::default() });
         }
         let lit = (world, has_previous, lit, shadows);
-        let parts = self.prepare_views((scene, asked), states, lit, (output_bytes, &mut stats), purpose)?;
-        self.draw((scene, asked), states, parts, (stats, pipelines_made), purpose)
+        let parts = self.prepare_views((scene, asked), states, lit, (output_bytes, &mut stats), &mut next, purpose)?;
+        self.draw((scene, asked), states, parts, (stats, made_before), next, purpose)
     }
 
     /// Begins what is made anew with each frame, if its pictures have room. Gives the bytes that they take.
@@ -115,14 +123,14 @@ impl Renderer {
         states: &mut [ViewState],
         (world, has_previous, lit, shadows): (World<'s>, bool, Vec<Lit>, Option<(FrameShadows, Atlas)>),
         (output_bytes, stats): (u64, &mut FrameStats),
+        next: &mut NextState,
         purpose: &Purpose<'_>,
     ) -> Result<FrameParts<'s>, RenderError> {
-        let ground = self.prepare_ground(asked, states, &world, stats, purpose.is_plan());
+        let ground = self.prepare_ground(asked, &lit, &world, stats, next);
         let of_surroundings = asked.iter().find(|asked| !matches!(asked.part, ViewPart::Side(_)));
         let environment = of_surroundings.and_then(|asked| self.tiles_of(asked)).map(|tiles| tiles.view.clone());
-        let surroundings = of_surroundings.and_then(|asked| {
-            self.prepare_surroundings(scene, &asked.request, environment.as_ref(), purpose.is_plan())
-        });
+        let surroundings = of_surroundings
+            .and_then(|asked| self.prepare_surroundings(scene, &asked.request, environment.as_ref(), next));
         let ready: Vec<Ready> = asked
             .iter()
             .zip(states.iter_mut().zip(lit))
@@ -132,14 +140,13 @@ impl Renderer {
                 let of_frame = (of_view, ground.as_ref(), surroundings.as_ref());
                 self.ready((scene, &world.draws, asked), lit, of_frame, has_previous, stats)
             })
-            .collect::<Result<_, _>>()?;
+            .collect();
         let captured = self.captured_probes(scene, asked, surroundings.as_ref());
         let mut room = Room { budget_bytes: self.memory_budget_bytes, needed_bytes: output_bytes };
         let overlays = self.prepare_overlays((scene, asked), states, (&mut room, stats), purpose)?;
-        // A plan leaves environments as they are.
-        let environments = self.resources.environments.iter_mut().enumerate().filter(|_| !purpose.is_plan());
-        let unfinished: Vec<(usize, Unfinished)> =
-            environments.filter_map(|(at, tiles)| Some((at, tiles.take_unfinished()?))).collect();
+        let environments = self.resources.environments.iter().enumerate();
+        let unfinished: Vec<usize> =
+            environments.filter(|(_, tiles)| tiles.unfinished().is_some()).map(|(at, _)| at).collect();
         let shared_view = match (asked.first(), ready.first(), states.first()) {
             (Some(asked), Some(ready), Some(state))
                 if shadows.is_some() || !unfinished.is_empty() || !captured.is_empty() =>
@@ -193,7 +200,8 @@ impl Renderer {
         (scene, asked): (&Scene, &[Asked]),
         states: &mut [ViewState],
         parts: FrameParts<'_>,
-        (mut stats, pipelines_made): (FrameStats, u64),
+        (mut stats, made_before): (FrameStats, Made),
+        mut next: NextState,
         purpose: &Purpose<'_>,
     ) -> Result<Executed, RenderError> {
         let FrameParts { world, shadows, ground, surroundings, environment, ready, .. } = parts;
@@ -217,13 +225,10 @@ impl Renderer {
             scrubbed: &scrubbed,
         };
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let are_new = !unfinished.is_empty();
-        if let Some(view) = &shared_view {
-            draw_environments(&mut self.executor, limits, (&frame, view), &unfinished, &mut encoder)?;
-        }
-        if surroundings.is_some() && !purpose.is_plan() {
-            self.surroundings.copy_environment(&mut encoder, environment.as_ref(), are_new);
-            self.surroundings.copy_pictures(&mut encoder, (scene, &self.resources), are_new);
+        if surroundings.is_some() && next.is_run {
+            let are_new = !unfinished.is_empty();
+            next.surroundings.copy_environment(&mut encoder, environment.as_ref(), are_new);
+            next.surroundings.copy_pictures(&mut encoder, (scene, &self.resources), are_new);
         }
         let mut graph = self.executor.graph(limits);
         if let (Some(view), Some((shadows, atlas))) = (&shared_view, &shadows) {
@@ -234,7 +239,7 @@ impl Renderer {
         let of_scene = OfScene::new(
             scene,
             self.simulations.particles(scene),
-            surroundings.as_ref().map(|of_frame| (&self.surroundings, of_frame)),
+            surroundings.as_ref().map(|of_frame| (&next.surroundings, of_frame)),
             shared_view.as_ref().map(|view| (view, &captured[..])),
         );
         let views = asked.iter().zip(&mut *states).zip(&ready).zip(&overlays);
@@ -245,7 +250,7 @@ impl Renderer {
         stats.light_draws =
             ready.iter().zip(asked).map(|(ready, asked)| light_draws(&ready.view, asked, &world.draws)).sum();
         let exports = recorded.iter().filter_map(|recorded| recorded.export).chain(scrubbed.exports()).collect();
-        if purpose.is_plan() {
+        if !next.is_run {
             return Ok(Executed { plan, run: None, exports, legends: legends.take() });
         }
         let options = options_of(purpose);
@@ -254,6 +259,10 @@ impl Renderer {
         let run = self.executor.run(graph, &plan, &mut encoder, &options);
         // Done before the frame, but recorded after it, so that frames with it and without it put their uniforms alike.
         let mut first = self.gpu.device.create_command_encoder(&Default::default());
+        if let Some(view) = &shared_view {
+            draw_environments(&mut self.executor, limits, (&frame, view), &unfinished, &mut first)?;
+            next.environments = unfinished;
+        }
         if let (Some(ground), [asked, ..], [ready, ..], [state, ..]) = (&ground, asked, &ready[..], &*states)
             && let Some(tiles) = &ground.tiles
         {
@@ -262,16 +271,10 @@ impl Renderer {
         }
         stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
         self.gpu.queue.submit([first.finish(), encoder.finish()]);
-        free_unused(&mut self.executor, &run, &unfinished);
-        self.count_bound(&mut stats);
-        if missing_bytes > 0 {
-            // The executor gave textures of other shapes back, and nobody else shall keep them.
-            self.bind_groups.forget_unused();
-        }
         self.world_draws = world.draws;
-        stats.pipelines_made = self.shaders.made() - pipelines_made;
-        self.stats = stats;
-        self.gpu.check()?;
+        self.end_frame(&run, (stats, made_before), missing_bytes);
+        self.check_drawn()?;
+        next.commit(self);
         keep((scene, self.shadows.scene_version, asked), states, &ready, recorded, &run, purpose)?;
         if purpose.has_variables() && asked.iter().any(|asked| asked.wants_variables) {
             self.executor.release_exports(&run);
@@ -279,11 +282,26 @@ impl Renderer {
         Ok(Executed { plan, run: Some(run), exports, legends: legends.take() })
     }
 
-    /// Puts what a frame made to be bound, and what it bound, into its numbers.
-    fn count_bound(&self, stats: &mut FrameStats) {
+    /// How many pipelines and textures were made so far.
+    fn made(&self) -> Made {
+        Made { pipelines: self.shaders.made(), textures: self.executor.textures_made() }
+    }
+
+    /// Ends a frame that was submitted, for which textures of so many bytes were missing, with its numbers.
+    fn end_frame(&mut self, run: &Run, (mut stats, before): (FrameStats, Made), missing_bytes: u64) {
+        // The other runs, of the ground and of environments, export nothing and have no histories.
+        self.executor.end_frame(run);
+        let Made { pipelines, textures } = self.made();
+        stats.pipelines_made = pipelines - before.pipelines;
+        stats.textures_made = textures - before.textures;
         stats.bind_groups_made = self.bind_groups.made();
         stats.bundles_executed = self.bundles.executed();
         stats.binding_changes = self.bundles.changes();
+        if missing_bytes > 0 {
+            // The executor gave textures of other shapes back, and nobody else shall keep them.
+            self.bind_groups.forget_unused();
+        }
+        self.stats = stats;
     }
 
     /// Brings the device up to date with the scene, once for all views. Also says whether it knows where everything was
@@ -349,11 +367,11 @@ fn draw_environments(
     executor: &mut Executor,
     limits: Limits,
     (frame, view): (&Frame<'_>, &PreparedView),
-    unfinished: &[(usize, Unfinished)],
+    unfinished: &[usize],
     encoder: &mut wgpu::CommandEncoder,
 ) -> Result<(), RenderError> {
-    for (at, unfinished) in unfinished {
-        let Some(tiles) = frame.resources.environments.get(*at) else { continue };
+    for tiles in unfinished.iter().filter_map(|at| frame.resources.environments.get(*at)) {
+        let Some(unfinished) = tiles.unfinished() else { continue };
         let mut graph = executor.graph(limits);
         frame::environment_passes(&mut Recorder::new(&mut graph, frame, view), tiles, unfinished)?;
         let plan = graph.plan()?;
@@ -412,6 +430,7 @@ fn keep(
     for (((asked, state), ready), recorded) in asked.iter().zip(states).zip(ready).zip(recorded) {
         if !matches!(purpose, Purpose::Pairs(_) | Purpose::Meter(_) | Purpose::Variables) {
             state.latest_sum = 1 - asked.previous_sum(state);
+            state.output.iter_mut().for_each(|output| output.is_drawn = true);
             let goes_on = state.has_settled && asked.request.sample_index > 0;
             let looks = matches!(asked.adaptive_step(), adaptive::Step::Settle { .. });
             (_, state.sample_count) = asked.request.sample();
@@ -434,12 +453,6 @@ fn keep(
         }
     }
     Ok(())
-}
-
-/// Frees what the frame that was submitted was the last to use.
-fn free_unused(executor: &mut Executor, run: &Run, unfinished: &[(usize, Unfinished)]) {
-    executor.destroy_given_back(run);
-    unfinished.iter().for_each(|(_, drawn)| destroy(&drawn.picture));
 }
 
 /// Fails if a frame may not allocate `needed_bytes`.

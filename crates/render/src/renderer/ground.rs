@@ -2,8 +2,8 @@
 
 use super::Renderer;
 use super::asked::Asked;
-use super::lit::World;
-use super::output::ViewState;
+use super::lit::{Lit, World};
+use super::next::NextState;
 use crate::draws::Tile;
 use crate::environment::Environment;
 use crate::environment::studio::key_of_fill;
@@ -18,7 +18,7 @@ use manypass_scene::EnvironmentLight;
 #[derive(Debug)]
 pub(super) struct GroundState {
     /// What the texture was drawn from.
-    drawn: Option<(GroundMap, u64)>,
+    pub drawn: Option<(GroundMap, u64)>,
     pub texture: Option<wgpu::TextureView>,
     /// Of what the map is drawn from.
     pub instances: InstanceTable,
@@ -46,15 +46,15 @@ impl Renderer {
     pub(super) fn prepare_ground(
         &mut self,
         asked: &[Asked],
-        states: &[ViewState],
+        lit: &[Lit],
         world: &World<'_>,
         stats: &mut FrameStats,
-        is_plan: bool,
+        next: &mut NextState,
     ) -> Option<FrameGround> {
         let version = self.shadows.version(asked);
-        let has_ground = |(asked, _): &(&Asked, &ViewState)| asked.request.settings.ground.mode != Ground::None;
-        let (asked, state) = asked.iter().zip(states).find(has_ground)?;
-        let of_table = state.lists.as_ref().and_then(|lists| GroundLight::of_table(&lists.table));
+        let has_ground = |(asked, _): &(&Asked, &Lit)| asked.request.settings.ground.mode != Ground::None;
+        let (asked, lit) = asked.iter().zip(lit).find(has_ground)?;
+        let of_table = GroundLight::of_table(&lit.lists.table);
         let broad_source = if of_table.is_none() { self.broad_source_of(asked) } else { None };
         let of_environment = light_in_environment(broad_source.as_ref(), &asked.request);
         let light = of_table.or(of_environment).map(|GroundLight { mut parallel, .. }| {
@@ -64,22 +64,22 @@ impl Renderer {
         let longest_px = asked.size.0.max(asked.size.1);
         let height_m = asked.request.ground_height_m;
         let map = map_under(&world.draws.bounds_world, height_m, light, side_texels(longest_px))?;
-        if is_plan {
+        if !next.is_run {
             return Some(FrameGround { map, broad_source, texture: self.tables.no_environment.clone(), tiles: None });
         }
         let mut instances = Vec::new();
         let (tiles, signature) = map.tiles(&world.draws, version, &mut instances);
-        let is_drawn = self.ground.drawn == Some((map, signature));
-        let has_size = self.ground.drawn.is_some_and(|(drawn, _)| drawn.side_texels == map.side_texels);
-        if let Some(former) = self.ground.texture.take_if(|_| !has_size) {
+        let desc = map.texture();
+        let has_other_size = |view: &mut wgpu::TextureView| view.texture().width() != desc.width;
+        if let Some(former) = self.ground.texture.take_if(has_other_size) {
             destroy(&former);
+            self.ground.drawn = None;
         }
-        let kept = self.ground.texture.take();
-        let texture = self.ground.texture.insert(kept.unwrap_or_else(|| create(&self.gpu, &map.texture()))).clone();
-        if is_drawn {
+        let texture = self.ground.texture.get_or_insert_with(|| create(&self.gpu, &desc)).clone();
+        if next.ground == Some((map, signature)) {
             return Some(FrameGround { map, broad_source, texture, tiles: None });
         }
-        self.ground.drawn = Some((map, signature));
+        next.ground = Some((map, signature));
         stats.uploaded_bytes += self.ground.instances.write(&self.gpu, &instances);
         stats.draws += tiles.iter().map(|tile| tile.draws.len() as u32).sum::<u32>();
         Some(FrameGround { map, broad_source, texture, tiles: Some(tiles) })

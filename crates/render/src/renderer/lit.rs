@@ -66,12 +66,13 @@ pub(super) struct Lit {
     pub draws: Arc<DrawList>,
     /// Whether tiles that are settled are left out once some are.
     pub is_adaptive: bool,
-    /// Its lists of lights, if they had to be made.
+    /// Its lists of lights, and what of them had to be made.
+    pub lists: KeptLists,
     pub made: Option<(ClusterLists, LightReaches)>,
 }
 
 impl Renderer {
-    /// Finds what a view draws, its lights, and their lists, which its state has from then on.
+    /// Finds what a view draws, its lights, and their lists. Its state has none until its tables hold them.
     pub(super) fn light(
         &self,
         asked: &Asked,
@@ -86,7 +87,6 @@ impl Renderer {
         let (shift_ndc, beyond) = asked.part.shear();
         let seen = seen.sheared(shift_ndc, beyond);
         let (lists, made) = self.lists_of(asked, (&seen, range), world, state.lists.take(), stats);
-        state.lists = Some(lists);
         let chooser = Chooser::new(&request.camera, *output_size, &request.settings.lod, &world.draws.groups);
         let jitter_px = asked.temporal_jitter_px();
         let uniform = self.view_uniform(asked, (&seen, range), (*size, jitter_px), self.filtering(asked));
@@ -110,7 +110,7 @@ impl Renderer {
         // What is settled is no picture to look through.
         let looks_through = world.draws.has_transmissive || !world.scene.water.is_empty();
         let is_adaptive = request.is_adaptive() && !looks_through;
-        Lit { range, seen, chooser, draws, is_adaptive, made }
+        Lit { range, seen, chooser, draws, is_adaptive, lists, made }
     }
 
     /// The lists of lights of a view: those that it has from its last frame if they are still right; else new ones,

@@ -2,6 +2,7 @@
 
 use super::asked::{Asked, ViewPart};
 use super::captures::{Captures, Part};
+use super::next::NextState;
 use super::probes::{DueProbe, place_of};
 use super::surroundings::{FrameSurroundings, side_request};
 use super::{Purpose, Renderer};
@@ -143,31 +144,30 @@ impl Renderer {
         request.settings.captures.enabled && self.surroundings.probes.is_finding()
     }
 
-    /// Brings the device up to date, and says whether what lights live probes is another than when this was last asked.
-    fn is_relit(&mut self, scene: &Scene, request: &FrameRequest) -> bool {
+    /// Brings the device up to date, and says what lights live probes.
+    fn probe_lighting(&mut self, scene: &Scene, request: &FrameRequest) -> ProbeLighting {
         self.limit_textures(request.settings.textures.max_px);
         self.follow(scene);
-        let lighting = ProbeLighting::new(scene, self.shadows.scene_version, request);
-        let is_same = self.surroundings.probe_lighting.as_ref() == Some(&lighting);
-        self.surroundings.probe_lighting = Some(lighting);
-        !is_same
+        ProbeLighting::new(scene, self.shadows.scene_version, request)
     }
 
     /// The views around the probes that a frame of a live view looks around. A still has looked around all before.
-    pub(super) fn probe_parts(&mut self, scene: &Scene, request: &FrameRequest, is_plan: bool) -> Vec<Part> {
+    pub(super) fn probe_parts(&mut self, scene: &Scene, request: &FrameRequest, next: &mut NextState) -> Vec<Part> {
         let grids = known(scene, request.settings.captures.enabled);
         if !request.goes_on || !request.settings.captures.enabled || grids.iter().all(|grid| grid.live.is_none()) {
             return Vec::new();
         }
         let most = request.settings.captures.probes as usize;
-        if is_plan {
+        if !next.is_run {
+            // A plan looks around as many as a frame may.
             let at = grids.iter().position(|grid| grid.live.is_some()).unwrap_or(0);
             let due: Vec<DueProbe> =
                 (0..most.min(grids[at].count())).map(|probe| DueProbe { grid: at, probe }).collect();
             return parts_of(&grids, &due, false, request);
         }
-        let is_new = self.is_relit(scene, request);
-        let due = self.surroundings.probes.due(&grids, is_new, most, request.pre_exposure());
+        let lighting = self.probe_lighting(scene, request);
+        let is_new = next.surroundings.is_relit(lighting);
+        let due = next.surroundings.probes.due(&grids, is_new, most, request.pre_exposure());
         parts_of(&grids, &due, false, request)
     }
 
@@ -243,7 +243,8 @@ impl Renderer {
             return Ok(());
         }
         let pre_exposure = is_exposed.then_some(request.pre_exposure());
-        if !self.is_relit(scene, request) && self.surroundings.probes.is_found(&grids, pre_exposure) {
+        let lighting = self.probe_lighting(scene, request);
+        if !self.surroundings.is_relit(lighting) && self.surroundings.probes.is_found(&grids, pre_exposure) {
             return Ok(());
         }
         self.surroundings.probes.forget();
@@ -263,7 +264,8 @@ impl Renderer {
                     continue;
                 }
                 let parts = parts_of(&grids, due, true, request);
-                self.run_views(scene, Captures { parts, left_out: 0 }, &mut Purpose::Probes).await?;
+                let next = NextState::of(self, &Purpose::Probes);
+                self.run_views(scene, Captures { parts, left_out: 0 }, next, &mut Purpose::Probes).await?;
                 done += due.len();
                 if !progress(done, all) {
                     self.surroundings.probes.forget();

@@ -43,6 +43,8 @@ pub(super) struct Output {
     /// Which tiles of the picture are settled, and the mean of half of its samples; once they were needed.
     settling: Option<[Kept; 2]>,
     pub display: Kept,
+    /// Whether a frame was drawn into them.
+    pub is_drawn: bool,
 }
 
 /// The parts of a still's picture that are not settled.
@@ -109,6 +111,13 @@ impl ViewState {
             adapted: None,
             aovs: None,
             overlay: OverlayState::default(),
+        }
+    }
+
+    /// After a frame that failed: gives back textures that no frame was drawn into.
+    pub fn forget_undrawn(&mut self) {
+        if let Some(output) = self.output.take_if(|output| !output.is_drawn) {
+            output.destroy();
         }
     }
 
@@ -230,6 +239,7 @@ impl Output {
             tint_sums: Vec::new(),
             settling: None,
             display,
+            is_drawn: false,
         }
     }
 

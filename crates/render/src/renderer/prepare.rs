@@ -24,7 +24,7 @@ use crate::passes::adaptive;
 use crate::passes::taa::TemporalFrame;
 use crate::record::{InstanceTable, PreparedView, ViewTables, Viewed};
 use crate::render_settings::Path;
-use crate::request::{FrameStats, RenderError};
+use crate::request::FrameStats;
 use crate::resources::environment::EnvironmentTiles;
 use crate::resources::filtering::{Sampling, TextureFiltering};
 use crate::shadows::ViewShadows;
@@ -194,10 +194,10 @@ impl Renderer {
         ),
         has_previous: bool,
         stats: &mut FrameStats,
-    ) -> Result<Ready, RenderError> {
+    ) -> Ready {
         let Asked { request, size, output_size, .. } = asked;
         let settings = &request.settings;
-        let Lit { range, seen, made, draws, is_adaptive, .. } = lit;
+        let Lit { range, seen, lists, made, draws, is_adaptive, .. } = lit;
         let shadows = shadows.filter(|_| settings.shadows.enabled);
         let filtering = self.filtering(asked);
         let filtering_of_variables = TextureFiltering::new(1, &self.gpu.capabilities);
@@ -205,12 +205,12 @@ impl Renderer {
         let settled = state.settled(request.sample_index).filter(|_| is_adaptive);
         let effects_go_on = request.goes_on || request.effects_go_on;
         let display_goes_on = effects_go_on || request.sample_index > 0 && state.was_shown;
-        let ViewState { tables, lists, unsettled, .. } = state;
-        let Some(lists) = &*lists else { return Err(RenderError::Missing("the lights of a view were not found")) };
+        let ViewState { tables, lists: held, unsettled, .. } = state;
         add_draws(stats, &draws);
         let texels = shadows.map(|(shadows, _)| shadows.texels(&lists.table));
         let texels = texels.as_ref().unwrap_or(&lists.table.texels);
         stats.uploaded_bytes += tables.write(&self.gpu, texels, made.as_ref());
+        let lists = &*held.insert(lists);
         let filter = |_| filter_uniform(&settings.shadows, request.sample().0);
         let cluster_grid = ClusterUniform {
             shadow_filter: shadows.map_or([0.0; 4], filter),
@@ -262,7 +262,7 @@ impl Renderer {
         let temporal = asked.temporal.as_ref();
         let view = prepare(asked.name.clone(), *size, uniform, false);
         stats.points += view.point_count();
-        Ok(Ready {
+        Ready {
             view,
             variables_view: has_own_view.then(|| prepare(of_variables, *output_size, variables_uniform, true)),
             enlarged_view: enlarged.map(|uniform| prepare(asked.name.clone(), *output_size, uniform, false)),
@@ -271,7 +271,7 @@ impl Renderer {
             temporal: temporal.map(|temporal| temporal.frame(request, shown, camera_step, asked.upscaled_to())),
             is_adaptive,
             variables_uniform,
-        })
+        }
     }
 
     /// The tiles of a view's environment, if that is a picture or the studio.

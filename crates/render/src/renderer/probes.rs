@@ -20,7 +20,7 @@ const EXPOSURE_RATIO_MAX: f32 = 256.0;
 const STILL_RATIO_MAX: f32 = 16.0;
 
 /// The texels of probes that are on the device.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct ProbeTexels {
     layout: ProbeLayout,
     written: Vec<Written>,
@@ -31,7 +31,7 @@ pub(super) struct ProbeTexels {
 }
 
 /// What was written of a grid.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Written {
     region: Region,
     counts: [u32; 3],
@@ -153,6 +153,11 @@ impl ProbeTexels {
             && self.written.iter().zip(grids).all(|(written, grid)| written.is_of(grid))
     }
 
+    /// Whether the texels of `grids` are there, where `layout` says.
+    pub fn hold(&self, layout: &ProbeLayout, grids: &[&ProbeGrid]) -> bool {
+        self.are_of(grids) && self.layout == *layout
+    }
+
     /// Of live grids those probes that a frame of a live view looks around, at most so many; all become due where `is_new`
     /// says that light is another one.
     pub fn due(&mut self, grids: &[&ProbeGrid], is_new: bool, most: usize, pre_exposure: f32) -> Vec<DueProbe> {
@@ -252,7 +257,7 @@ impl ProbeTexels {
         grids: &[&ProbeGrid],
         pre_exposure: f32,
     ) -> PlacedProbes {
-        if !self.are_of(grids) || self.layout != *layout {
+        if !self.hold(layout, grids) {
             self.written.clear();
             self.is_of_still = false;
             self.layout = layout.clone();

@@ -5,6 +5,7 @@ use super::captures::{Captures, Part};
 use super::counts::sum_pairs;
 use super::execute::Executed;
 use super::fisheye::parts_of;
+use super::next::NextState;
 use super::output::{Unsettled, ViewState};
 use super::temporal::{TemporalAsked, move_mirrors};
 use super::{Purpose, Renderer};
@@ -58,26 +59,20 @@ impl Renderer {
             let is_exposed = !matches!(purpose, Purpose::Meter(_));
             self.light_probes(scene, first, is_exposed, &mut |_, _| true).await?;
         }
+        let mut next = NextState::of(self, purpose);
         let captures = match purpose.has_captures() {
-            true => self.captures(scene, parts, purpose),
-            false => Ok(Captures { parts, ..Captures::default() }),
+            true => self.captures(scene, parts, purpose, &mut next)?,
+            false => Captures { parts, ..Captures::default() },
         };
-        let run = match captures {
-            Ok(captures) => self.run_views(scene, captures, purpose).await,
-            Err(error) => Err(error),
-        };
-        if run.is_err() {
-            // Nobody knows what of it was drawn.
-            self.surroundings.clear();
-        }
-        run
+        self.run_views(scene, captures, next, purpose).await
     }
 
-    /// Runs a frame of views whose captures are known.
+    /// Runs a frame of views whose captures are known. What it leaves for the next one is `next`, once it is submitted.
     pub(super) async fn run_views(
         &mut self,
         scene: &Scene,
         captures: Captures,
+        next: NextState,
         purpose: &mut Purpose<'_>,
     ) -> Result<Plan, RenderError> {
         let capabilities = &self.gpu.capabilities;
@@ -107,7 +102,7 @@ impl Renderer {
         let mut states: Vec<ViewState> = asked
             .iter()
             .map(|asked| {
-                let kept = if purpose.is_plan() { None } else { self.views.remove(&asked.name) };
+                let kept = if next.is_run { self.views.remove(&asked.name) } else { None };
                 kept.unwrap_or_else(|| ViewState::new(&self.gpu))
             })
             .collect();
@@ -115,8 +110,12 @@ impl Renderer {
             asked.temporal = TemporalAsked::new(&mut asked.request, state, scene);
         }
         move_mirrors(&mut asked);
-        let executed = self.execute(scene, (&asked, left_out), &mut states, purpose);
-        if !purpose.is_plan() {
+        let is_run = next.is_run;
+        let executed = self.execute(scene, (&asked, left_out), &mut states, next, purpose);
+        if executed.is_err() {
+            states.iter_mut().for_each(ViewState::forget_undrawn);
+        }
+        if is_run {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
         }
         let Executed { plan, run, exports, legends } = executed?;

@@ -4,7 +4,7 @@ use super::Purpose;
 use super::Renderer;
 use super::asked::{Asked, ViewPart};
 use super::lit::{Lit, World};
-use super::output::ViewState;
+use super::next::NextState;
 use crate::gpu::{Gpu, destroy};
 use crate::record::{InstanceTable, depth_texture};
 use crate::request::{FrameRequest, FrameStats};
@@ -125,19 +125,29 @@ impl Renderer {
         settings.map_or(0, |(_, side_max)| Atlas::desc(side_max).bytes().saturating_sub(known))
     }
 
+    /// An atlas in the place of the former one, of which nothing is known any more.
+    fn create_atlas(&mut self, side: u32) -> Atlas {
+        if let Some(former) = self.shadows.atlas.take() {
+            destroy(&former.view);
+        }
+        self.shadows.tiles = Shadows::default();
+        // They hold the former one.
+        self.bind_groups.clear();
+        self.bundles.clear();
+        self.shadows.atlas.insert(Atlas::new(&self.gpu, side)).clone()
+    }
+
     /// The shadows of the views of a frame, of which some have any; and the atlas that holds them.
     pub(super) fn prepare_shadows(
         &mut self,
         asked: &[Asked],
-        states: &[ViewState],
         lit: &[Lit],
         world: &World<'_>,
-        stats: &mut FrameStats,
+        (stats, next): (&mut FrameStats, &mut NextState),
         purpose: &Purpose<'_>,
     ) -> Option<(FrameShadows, Atlas)> {
         let (settings, side_max) = settings_of(asked, world.scene, self.gpu.capabilities.max_texture_size)?;
-        let of_view = |((asked, state), lit): ((&'_ Asked, &'_ ViewState), &'_ Lit)| {
-            let table = state.lists.as_ref().map(|lists| lists.table.clone())?;
+        let of_view = |(asked, lit): (&'_ Asked, &'_ Lit)| {
             let is_drawn = asked.request.settings.shadows.enabled && !asked.part.is_fisheye();
             is_drawn.then_some((
                 asked.name.clone(),
@@ -146,10 +156,10 @@ impl Renderer {
                 (lit.range, lit.seen.beyond),
                 asked.request.settings.fog.scatters(),
                 matches!(asked.part, ViewPart::Probe(_)),
-                table,
+                lit.lists.table.clone(),
             ))
         };
-        let views: Vec<_> = asked.iter().zip(states).zip(lit).map(of_view).collect();
+        let views: Vec<_> = asked.iter().zip(lit).map(of_view).collect();
         let viewers: Vec<_> = views
             .iter()
             .flatten()
@@ -159,14 +169,11 @@ impl Renderer {
                 (Viewer { name, view, range, size: *size, sees_air, beyond, is_around }, &**table)
             })
             .collect();
-        let is_plan = purpose.is_plan();
         let version = self.shadows.version(asked);
         // All views share the maps; the last, which is the outermost, says which levels cast.
         let chooser = lit.last().map(|lit| &lit.chooser);
         let dealing = asked.first().map(|asked| asked.request.dealing())?;
-        // A plan leaves no trace.
-        let mut of_plan = is_plan.then(Shadows::default);
-        let tiles = of_plan.as_mut().unwrap_or(&mut self.shadows.tiles);
+        let tiles = &mut next.shadows;
         tiles.allow(side_max);
         if matches!(purpose, Purpose::Pictures(_)) {
             // Whoever wants the pictures of all passes wants those of shadow maps, too.
@@ -179,22 +186,14 @@ impl Renderer {
         let side = tiles.atlas_side();
         let atlas = match self.shadows.atlas.clone().filter(|atlas| atlas.side == side) {
             Some(atlas) => atlas,
-            None if is_plan => Atlas { side, view: self.tables.no_shadows.clone() },
-            None => {
-                // They hold the former one.
-                if let Some(former) = self.shadows.atlas.take() {
-                    destroy(&former.view);
-                }
-                self.bind_groups.clear();
-                self.bundles.clear();
-                self.shadows.atlas.insert(Atlas::new(&self.gpu, side)).clone()
-            }
+            None if !next.is_run => Atlas { side, view: self.tables.no_shadows.clone() },
+            None => self.create_atlas(side),
         };
         stats.lights_starved = frame.starved.len() as u32;
         stats.lights_beyond_atlas = frame.beyond.len() as u32;
-        if !is_plan {
-            let named = |lights: &[Option<NodeId>]| lights.iter().copied().flatten().collect();
-            (self.shadows.beyond, self.shadows.starved) = (named(&frame.beyond), named(&frame.starved));
+        let named = |lights: &[Option<NodeId>]| lights.iter().copied().flatten().collect();
+        next.unshadowed = Some([named(&frame.beyond), named(&frame.starved)]);
+        if next.is_run {
             stats.uploaded_bytes += self.shadows.instances.write(&self.gpu, &frame.instances);
         }
         stats.shadowed_lights = frame.counts.lights;

@@ -5,6 +5,7 @@ use super::Renderer;
 use super::asked::ViewPart;
 use super::captures::{Part, settings_of};
 use super::live_probes::ProbeLighting;
+use super::next::NextState;
 use super::probes::{PlacedProbes, ProbeTexels};
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
 use crate::environment::{Background, EnvironmentUniform};
@@ -43,7 +44,7 @@ pub(super) struct SideView {
 }
 
 /// What the renderer keeps of surroundings.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct SurroundingsState {
     /// What tiles are drawn from, once there are any.
     lobes: Option<Arc<(Vec<Lobe>, LobeTable)>>,
@@ -51,7 +52,7 @@ pub(super) struct SurroundingsState {
     /// The texels of probes that are in it.
     pub probes: ProbeTexels,
     /// What lit live probes when frames last looked around them.
-    pub probe_lighting: Option<ProbeLighting>,
+    probe_lighting: Option<Arc<ProbeLighting>>,
     /// What each slot shows, and with which pre-exposure it was drawn.
     drawn: [Option<Drawn>; SURROUNDINGS_MAX],
     /// Whether the texture has no room for the probes of the last frame.
@@ -68,7 +69,7 @@ struct Drawn {
 }
 
 /// The texture of all tiles.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Tiles {
     atlas: Atlas,
     view: wgpu::TextureView,
@@ -91,6 +92,15 @@ pub(super) struct FrameSurroundings {
 }
 
 impl SurroundingsState {
+    /// Whether what lights live probes is another than when this was last asked.
+    pub fn is_relit(&mut self, lighting: ProbeLighting) -> bool {
+        if self.probe_lighting.as_deref() == Some(&lighting) {
+            return false;
+        }
+        self.probe_lighting = Some(Arc::new(lighting));
+        true
+    }
+
     /// Copies the tiles of the environment beside those of surroundings, unless they are there; `is_new` says that they were
     /// drawn anew.
     pub fn copy_environment(
@@ -201,7 +211,7 @@ pub(super) fn side_request(
 }
 
 impl Renderer {
-    /// The views of the sides of surroundings that a frame draws anew.
+    /// The views of the sides of surroundings that a frame draws anew, as `state` knows from then on.
     ///
     /// # Errors
     /// Surroundings ask for a tier of quality that there is not.
@@ -209,19 +219,19 @@ impl Renderer {
         &mut self,
         scene: &Scene,
         request: &FrameRequest,
-        is_plan: bool,
+        state: &mut SurroundingsState,
     ) -> Result<Vec<Part>, RenderError> {
         let (mut parts, mut due) = (Vec::new(), Vec::new());
         if scene.surroundings.is_empty() {
             return Ok(parts);
         }
-        let state = &mut self.surroundings;
-        state.frame += u64::from(!is_plan);
-        state.lobes.get_or_insert_with(|| {
+        state.frame += 1;
+        let lobes = self.surroundings.lobes.get_or_insert_with(|| {
             let lobes = Lobe::of_levels(FACE_SIDE);
             let table = LobeTable::new(&self.gpu, &lobes);
             Arc::new((lobes, table))
         });
+        state.lobes = Some(lobes.clone());
         for (index, of) in known_surroundings(scene).enumerate().filter(|(_, of)| of.picture.is_none()) {
             let last = state.drawn.get(index).and_then(Option::as_ref).filter(|drawn| drawn.of == *of);
             let is_due = last.is_none_or(|last| match (request.goes_on, of.update) {
@@ -234,7 +244,7 @@ impl Renderer {
             if !is_due {
                 continue;
             }
-            if !is_plan && let Some(drawn) = state.drawn.get_mut(index) {
+            if let Some(drawn) = state.drawn.get_mut(index) {
                 let pre_exposure = request.pre_exposure();
                 *drawn = Some(Drawn { of: of.clone(), pre_exposure, frame: state.frame });
             }
@@ -264,16 +274,17 @@ impl Renderer {
         scene: &Scene,
         request: &FrameRequest,
         environment: Option<&wgpu::TextureView>,
-        is_plan: bool,
+        next: &mut NextState,
     ) -> Option<FrameSurroundings> {
+        let (state, is_run) = (&mut next.surroundings, next.is_run);
         // Pictures that were found beforehand are none that are captured.
         let is_shown = |of: &Surroundings| request.settings.captures.enabled || of.picture.is_some();
         let has_any = known_surroundings(scene).any(is_shown);
         let all: Vec<&Surroundings> = known_surroundings(scene).filter(|_| has_any).collect();
         let grids = probes::known(scene, request.settings.captures.enabled);
         if all.is_empty() && grids.is_empty() {
-            self.surroundings.lacks_probes = false;
-            self.surroundings.probes.forget();
+            state.lacks_probes = false;
+            state.probes.forget();
             return None;
         }
         let of_environment = environment.map(|view| view.texture().clone());
@@ -281,17 +292,17 @@ impl Renderer {
         let limit = self.gpu.capabilities.max_texture_size;
         let count = grids.len();
         let fitting = fitting(&all, grids, size, limit);
-        self.surroundings.lacks_probes = fitting.as_ref().map_or(0, |(_, layout, _)| layout.places.len()) < count;
+        state.lacks_probes = fitting.as_ref().map_or(0, |(_, layout, _)| layout.places.len()) < count;
         if fitting.is_none() {
-            self.surroundings.probes.forget();
+            state.probes.forget();
         }
         let (atlas, layout, grids) = fitting?;
-        let state = &mut self.surroundings;
         let is_known = state.texture.as_ref().is_some_and(|tiles| tiles.atlas == atlas);
-        if !is_known && !is_plan {
+        if !is_known && is_run {
             if let Some(former) = state.texture.take() {
                 destroy(&former.view);
             }
+            self.surroundings.clear();
             let view = create(&self.gpu, &atlas);
             state.texture = Some(Tiles { atlas, view, copied: None, pictures: Default::default() });
             state.probes = ProbeTexels::default();
@@ -309,8 +320,12 @@ impl Renderer {
                 uniform.half_m = Vec4::ZERO;
             }
         }
+        if is_run && !state.probes.hold(&layout, &grids) {
+            // Texels are written at once.
+            self.surroundings.probes.forget();
+        }
         let placed = match &state.texture {
-            Some(tiles) if !is_plan => state.probes.write(
+            Some(tiles) if is_run => state.probes.write(
                 &self.gpu,
                 (tiles.view.texture(), atlas.probes),
                 &layout,
@@ -321,7 +336,7 @@ impl Renderer {
         };
         // Nobody looks at that of a plan.
         let view = match &state.texture {
-            Some(tiles) if is_known || !is_plan => tiles.view.clone(),
+            Some(tiles) if is_known || is_run => tiles.view.clone(),
             _ => self.tables.no_environment.clone(),
         };
         Some(FrameSurroundings {

@@ -55,6 +55,9 @@ pub struct FrameStats {
     pub lights_in_emitters: u32,
     /// Bytes of the texture of all shadow maps.
     pub texture_bytes_of_shadows: u64,
+    /// Textures that were made for the passes of the frame, because the frames before left none of their shape. Those that
+    /// outlive frames, such as the picture and shadow maps, are not counted.
+    pub textures_made: u64,
     /// Bind groups that were made for the frame, because nothing alike was bound in the frames before.
     pub bind_groups_made: u64,
     /// Render bundles that were executed, in place of the draws that they hold.

@@ -4,7 +4,7 @@ use crate::constants::ENVIRONMENT_LEVEL_LAST;
 use crate::environment::lobe::{Lobe, LobeTable, roughness_of_level};
 use crate::environment::tiles::{Tile, TileSides, texture_size};
 use crate::environment::{ENVIRONMENT_FORMAT, stored, studio};
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, destroy};
 use glam::Vec3;
 use half::f16;
 use manypass_graph::TextureDesc;
@@ -169,8 +169,15 @@ impl EnvironmentTiles {
     }
 
     /// What is to be drawn, if it was not yet.
-    pub fn take_unfinished(&mut self) -> Option<Unfinished> {
-        self.unfinished.take()
+    pub fn unfinished(&self) -> Option<&Unfinished> {
+        self.unfinished.as_ref()
+    }
+
+    /// Says that they are drawn, by a frame that was submitted, and frees the picture that they were drawn from.
+    pub fn finish(&mut self) {
+        if let Some(drawn) = self.unfinished.take() {
+            destroy(&drawn.picture);
+        }
     }
 
     /// The name under which a cache lacks them, once, as soon as they are drawn.

@@ -140,7 +140,7 @@ pub struct FrameShadows {
 type OfLights<'w> = BTreeMap<&'w LightKey, (Vec<[[f32; 4]; 4]>, f32)>;
 
 /// What lasts from frame to frame.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Shadows {
     /// The atlas may grow to that.
     side_max: u32,
