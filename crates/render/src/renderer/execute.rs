@@ -103,11 +103,11 @@ impl Renderer {
         states: &[ViewState],
         purpose: &Purpose<'_>,
     ) -> Result<u64, RenderError> {
-        let output_bytes = missing_output_bytes(asked, states, purpose)?;
-        let output_bytes = output_bytes + self.missing_shadow_bytes(asked, scene);
+        let picture_bytes = missing_output_bytes(asked, states, purpose)?;
+        let output_bytes = picture_bytes + self.missing_shadow_bytes(asked, scene);
         check_budget(self.memory_budget_bytes, output_bytes)?;
-        if output_bytes > 0 {
-            // They hold the textures whose place others take.
+        // They hold the textures whose place others take. An atlas that grows clears them itself.
+        if picture_bytes > 0 {
             self.bind_groups.clear();
         }
         self.uniforms.begin();
