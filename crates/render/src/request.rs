@@ -229,7 +229,8 @@ impl FrameRequest {
 
     /// How lights share the atlas of shadow maps.
     pub(crate) fn dealing(&self) -> Dealing {
-        Dealing { frame: self.sample_index, frames: self.sample_count, rounds: self.light_rounds }
+        let (frame, frames, rounds) = (self.sample_index, self.sample_count, self.light_rounds);
+        Dealing { frame, frames, rounds, goes_on: self.goes_on }
     }
 
     /// Whether radiance can be read when all samples are drawn.

@@ -13,6 +13,8 @@ use manypass::{
     WgslEffect,
 };
 use manypass_scene::capture::{Monitor, MonitorCamera, Update};
+use manypass_scene::probes::{LiveProbes, ProbeGrid};
+use manypass_scene::surroundings::{Region, Surroundings};
 use manypass_scene::{
     Cache, Image, Material, Mesh, Node, NodeId, Primitive, Projection, Sampler, Scene, Texture, TextureRef, primitives,
 };
@@ -75,6 +77,16 @@ fn stage() -> Scene {
     let rotation = Quat::from_rotation_x(FRAC_PI_2);
     scene.add_node(None, Node { mesh: Some(1), translation, rotation, ..Node::default() });
     scene.update_transforms();
+    scene
+}
+
+/// The same within a reflection probe and live irradiance probes.
+fn probed_stage() -> Scene {
+    let region = Region { center_world: Vec3::Y, half_m: Vec3::splat(2.0) };
+    let mut scene = stage();
+    scene.surroundings.push(Surroundings::of_room("around", region));
+    let live = Some(LiveProbes::default());
+    scene.probes.push(ProbeGrid { live, ..ProbeGrid::new("live", region, [2, 2, 2]).unwrap() });
     scene
 }
 
@@ -172,7 +184,7 @@ fn the_frame_after_a_first_one_that_failed_is_that_of_a_fresh_renderer() {
 
 #[test]
 fn a_frame_that_fails_leaves_a_live_view_as_it_is() {
-    let scene = stage();
+    let scene = probed_stage();
     let request = live_request(&scene);
     let after = moved(&scene, Vec3::new(-0.3, 0.2, 0.1));
     for (cause, fail) in CAUSES {

@@ -36,7 +36,7 @@ pub(super) struct Executed {
 
 /// How many pipelines and textures a renderer has made.
 #[derive(Clone, Copy)]
-struct Made {
+struct MadeCounts {
     pipelines: u64,
     textures: u64,
 }
@@ -106,7 +106,8 @@ impl Renderer {
         let picture_bytes = missing_output_bytes(asked, states, purpose)?;
         let output_bytes = picture_bytes + self.missing_shadow_bytes(asked, scene);
         check_budget(self.memory_budget_bytes, output_bytes)?;
-        // They hold the textures whose place others take. An atlas that grows clears them itself.
+        // They hold the textures whose place others take. An atlas that grows clears them itself; other textures are
+        // destroyed, and bind groups of theirs are no longer found and go after a few frames.
         if picture_bytes > 0 {
             self.bind_groups.clear();
         }
@@ -200,7 +201,7 @@ impl Renderer {
         (scene, asked): (&Scene, &[Asked]),
         states: &mut [ViewState],
         parts: FrameParts<'_>,
-        (mut stats, made_before): (FrameStats, Made),
+        (mut stats, made_before): (FrameStats, MadeCounts),
         mut next: NextState,
         purpose: &Purpose<'_>,
     ) -> Result<Executed, RenderError> {
@@ -272,8 +273,8 @@ impl Renderer {
         stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
         self.gpu.queue.submit([first.finish(), encoder.finish()]);
         self.world_draws = world.draws;
-        self.end_frame(&run, (stats, made_before), missing_bytes);
         self.check_drawn()?;
+        self.end_frame(&run, (stats, made_before), missing_bytes);
         next.commit(self);
         keep((scene, self.shadows.scene_version, asked), states, &ready, recorded, &run, purpose)?;
         if purpose.has_variables() && asked.iter().any(|asked| asked.wants_variables) {
@@ -283,15 +284,15 @@ impl Renderer {
     }
 
     /// How many pipelines and textures were made so far.
-    fn made(&self) -> Made {
-        Made { pipelines: self.shaders.made(), textures: self.executor.textures_made() }
+    fn made(&self) -> MadeCounts {
+        MadeCounts { pipelines: self.shaders.made(), textures: self.executor.textures_made() }
     }
 
     /// Ends a frame that was submitted, for which textures of so many bytes were missing, with its numbers.
-    fn end_frame(&mut self, run: &Run, (mut stats, before): (FrameStats, Made), missing_bytes: u64) {
+    fn end_frame(&mut self, run: &Run, (mut stats, before): (FrameStats, MadeCounts), missing_bytes: u64) {
         // The other runs, of the ground and of environments, export nothing and have no histories.
         self.executor.end_frame(run);
-        let Made { pipelines, textures } = self.made();
+        let MadeCounts { pipelines, textures } = self.made();
         stats.pipelines_made = pipelines - before.pipelines;
         stats.textures_made = textures - before.textures;
         stats.bind_groups_made = self.bind_groups.made();

@@ -8,14 +8,14 @@ use crate::request::RenderError;
 use crate::shadows::Shadows;
 use manypass_scene::NodeId;
 
-/// What the next frame is to find: it begins as the renderer's own, and what prepares a frame changes it here alone.
-/// [`Self::commit`] stores it. A frame that fails drops it, and so does one that is only planned: both change nothing.
+/// What the next frame is to find. It is a copy of what the renderer knows, and preparing a frame changes the copy
+/// alone. [`Self::commit`] stores it. A frame that fails drops it, and so does one that is only planned.
 ///
-/// A texture of the renderer that gives way to one of another size goes at once, so that memory never holds both; with
-/// it goes what was known of its texels.
+/// A texture of the renderer that gives way to one of another size goes at once, so that memory never holds both. The
+/// renderer then forgets what it knew of its texels.
 pub(super) struct NextState {
-    /// Whether the frame is run. If not, nothing is written to the device for it, and textures that there are not have
-    /// stand-ins.
+    /// Whether the frame is run. If not, no texel is written for it, and missing textures have stand-ins. Buffers and
+    /// tables that mirror the scene are written for a plan, too.
     pub is_run: bool,
     /// When monitors were drawn.
     pub captures: CaptureState,
@@ -66,8 +66,8 @@ impl NextState {
 }
 
 impl Renderer {
-    /// Asks whether the device drew what was submitted. If not, nobody knows what of it was drawn: no texture that lasts
-    /// holds anything from then on.
+    /// Asks whether the device drew what was submitted. If not, nobody knows what of it was drawn: nothing that textures
+    /// hold from earlier frames is used from then on.
     ///
     /// # Errors
     /// It did not.
@@ -78,6 +78,7 @@ impl Renderer {
             self.surroundings.clear();
             self.shadows.tiles = Shadows::default();
             self.ground.drawn = None;
+            self.cut();
         }
         Ok(checked?)
     }

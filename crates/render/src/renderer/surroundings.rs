@@ -304,7 +304,10 @@ impl Renderer {
             }
             self.surroundings.clear();
             let view = create(&self.gpu, &atlas);
-            state.texture = Some(Tiles { atlas, view, copied: None, pictures: Default::default() });
+            let tiles = Tiles { atlas, view, copied: None, pictures: Default::default() };
+            // A frame that fails leaves the texture, of which nothing is known.
+            self.surroundings.texture = Some(tiles.clone());
+            state.texture = Some(tiles);
             state.probes = ProbeTexels::default();
             // What was drawn into another texture is to be drawn again; until the next frame there is none of it.
             let frame = state.frame;

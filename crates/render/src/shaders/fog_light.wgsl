@@ -98,7 +98,7 @@ fn punctual_in_air(index: u32, air: Air, first_m: f32, last_m: f32, place: f32) 
 // The lights that are in no list.
 fn global_in_air(air: Air, noise: f32, position_px: vec2f) -> vec3f {
     var sum = vec3f(0.0);
-    // How long loops are depends on more than uniforms, see ARCHITECTURE.md.
+    // How long loops are depends on more than uniforms, see docs/decisions/006.
     let steps = select(0u, fog.steps, position_px.x >= 0.0);
     let directional_count = select(0u, cluster_grid.directional_count, position_px.x >= 0.0);
     let global_count = select(0u, cluster_grid.global_count, position_px.x >= 0.0);
@@ -125,7 +125,7 @@ fn light_in_fog(position_px: vec2f, noise: f32, eye_world: vec3f, direction_worl
     air.direction_world = direction_world;
     air.length_m = distance_m - fog.start_m;
     air.fog = fog_ray(air.origin_world, direction_world);
-    // What depends on more than uniforms comes first, see ARCHITECTURE.md.
+    // What depends on more than uniforms comes first, see docs/decisions/006.
     if (position_px.x < 0.0) | (air.length_m <= 0.0) {
         return vec3f(0.0);
     }

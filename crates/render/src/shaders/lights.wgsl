@@ -249,7 +249,7 @@ fn global_light_sums(position_px: vec2f, position_world: vec3f, shading: Shading
         directional_radiance(0u, position_world, shading, rows, &sums);
         return sums;
     }
-    // How long loops are depends on more than uniforms, see ARCHITECTURE.md.
+    // How long loops are depends on more than uniforms, see docs/decisions/006.
     let directional_count = select(0u, cluster_grid.directional_count, position_px.x >= 0.0);
     let global_count = select(0u, cluster_grid.global_count, position_px.x >= 0.0);
     add_global_lights(0u, directional_count, global_count, rows, position_world, shading, &sums);

@@ -276,7 +276,7 @@ fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texe
     var shown = 0.0;
     var walled = 0.0;
     var dropped = 0.0;
-    // And of those with something farther, which is a wall if the light grazes that.
+    // And of those with something farther away: a wall that the light grazes may be such.
     var farther = 0.0;
     for (var i = 0u; i < rounds; i++) {
         // The texel in the middle first: nearly always it decides.
@@ -295,7 +295,7 @@ fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texe
         let is_drop = (gap < -reach) | (depth <= 0.0);
         let is_wall = (gap > bias) & (gap <= reach) & (depth > 0.0);
         let covered = select(0.0, clamp((gap - bias) / ramp, 0.0, 1.0), is_wall);
-        // The line in which a wall meets the surface looks like the surface itself, all the less the higher the wall.
+        // Texels on the line where a wall meets the surface count as the surface, less so the higher the wall is.
         let likeness = select(clamp(1.25 - 1.25 * gap / bias, 0.0, 1.0), 0.0, is_drop);
         // Those of four comparisons, each between four texels.
         let weights = 0.5 * clamp(1.5 - abs(around - place) / texel, vec2f(0.0), vec2f(1.0));
@@ -312,8 +312,8 @@ fn light_without_leaks(tile: ShadowTile, point: ShadowPoint, filtered: f32, texe
     }
     // Where no texel tells anything, the filter is believed.
     let told = shown + walled;
-    let of_others = select(1.0, 0.0, farther > 0.0);
-    let of_shown = select(of_others, shown / (SHOWN_SHARE * max(told, 1e-6)), told > 0.0);
+    let trust_filter = select(1.0, 0.0, farther > 0.0);
+    let of_shown = select(trust_filter, shown / (SHOWN_SHARE * max(told, 1e-6)), told > 0.0);
     let is_at_drop = (dropped > 0.0) & (shown < OPEN_WEIGHT);
     let kept = select(open / OPEN_WEIGHT, of_shown, is_at_drop);
     return clamp(2.0 * kept - 1.0, 0.0, 1.0);

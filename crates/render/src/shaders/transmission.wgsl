@@ -44,7 +44,7 @@ const FARTHEST: f32 = 64.0;
 // A cubic B-spline of four by four texels by four samples (Sigg & Hadwiger 2005, GPU Gems 2), because squares of coarse
 // mips show.
 fn behind_at_mip(uv: vec2f, mip: f32) -> vec4f {
-    // The branch depends on more than uniforms, see ARCHITECTURE.md.
+    // The branch depends on more than uniforms, see docs/decisions/006.
     if (uv.x > -1.0) & (mip < 0.5) {
         // As sharp as it is.
         return textureSampleLevel(behind, linear_clamp, uv, 0.0);

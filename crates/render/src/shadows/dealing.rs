@@ -20,6 +20,8 @@ pub struct Dealing {
     /// Rounds; 0 to find out how many there have to be. None where every frame stands for itself: then lights for which
     /// there is no place are lit without shadows.
     pub rounds: Option<u32>,
+    /// Whether the picture goes on from the one before, as that of a live view does.
+    pub goes_on: bool,
 }
 
 impl Dealing {
@@ -197,7 +199,7 @@ mod tests {
             let frames = frames.max(turns.rounds());
             let mut means = vec![0.0; demanded.len()];
             for frame in 0..frames {
-                let dealing = Dealing { frame, frames, rounds: Some(turns.rounds()) };
+                let dealing = Dealing { frame, frames, rounds: Some(turns.rounds()), goes_on: false };
                 let sides = turns.sides_in(dealing);
                 let texels: u64 =
                     sides.iter().zip(&demanded).map(|(side, light)| u64::from(*side).pow(2) * u64::from(light.1)).sum();
@@ -225,7 +227,7 @@ mod tests {
         };
         let (frames, mut inner) = (4000, [0u32; 3]);
         for frame in 0..frames {
-            let place = Dealing { frame, frames, rounds: Some(1) }.moved(&light).position;
+            let place = Dealing { frame, frames, rounds: Some(1), goes_on: false }.moved(&light).position;
             assert!(place.length() <= 2.0001);
             // Seen along each axis: a circle of half the area holds half the points.
             for (axis, count) in inner.iter_mut().enumerate() {
@@ -234,7 +236,7 @@ mod tests {
             }
         }
         assert!(inner.iter().all(|count| count.abs_diff(frames / 2) < frames / 40), "{inner:?}");
-        let live = |frame| Dealing { frame, frames, rounds: None }.moved(&light).position;
+        let live = |frame| Dealing { frame, frames, rounds: None, goes_on: true }.moved(&light).position;
         assert!(live(0) == Vec3::ZERO && live(1) != Vec3::ZERO, "what may be all that is seen has the middle");
     }
 }

@@ -289,9 +289,8 @@ impl Shadows {
             texels: wanting.iter().map(|light| light.texels(light.with_room.side)).sum(),
             texels_with_margin: wanting.iter().map(|light| light.texels(light.with_room.side_with_margin)).sum(),
         };
-        // Frames of a still know how many rounds they have; live ones stand for themselves. What is around places needs
-        // little, and says nothing of the picture's needs.
-        let is_live = dealing.rounds.is_none() && views.iter().any(|(viewer, _)| !viewer.is_around);
+        // Stills depend on no frame before. What is around places needs little, and says nothing of the picture's needs.
+        let is_live = dealing.goes_on && views.iter().any(|(viewer, _)| !viewer.is_around);
         if self.room.grants(need, u64::from(self.side_max).pow(2), is_live) {
             wanting.iter_mut().for_each(|light| light.side = light.with_room.side);
         }

@@ -84,7 +84,7 @@ fn fs_accumulate(@builtin(position) position: vec4f) -> @location(0) vec4f {
     // So that the mean is never spoilt for good.
     let sample = scrubbed(texel);
     var before = vec4f(0.0);
-    // What was never written may be a NaN. The branch depends on more than uniforms, see ARCHITECTURE.md.
+    // What was never written may be a NaN. The branch depends on more than uniforms, see docs/decisions/006.
     if (position.x >= 0.0) & (accumulation.keep > 0.0) {
         before = textureLoad(previous, vec2i(position.xy), 0) * accumulation.keep;
     }

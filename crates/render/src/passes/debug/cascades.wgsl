@@ -7,7 +7,7 @@ import package::shaders::shadows::{shadow_tile, within_cascade};
 // Counted from 1, of the first light that has one there; 0 where none does.
 fn cascade_number(position_world: vec3f) -> f32 {
     let rows = table_rows();
-    // Depends on more than uniforms, see ARCHITECTURE.md.
+    // Depends on more than uniforms, see docs/decisions/006.
     let light_count = select(0u, cluster_grid.directional_count, position_world.x < 3e38);
     for (var light = 0u; light < light_count; light++) {
         let shadow = light_part(light_place(light, rows), LIGHT_SHADOW);

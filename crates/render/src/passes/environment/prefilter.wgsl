@@ -35,7 +35,7 @@ fn fs_environment_prefilter(@builtin(position) position: vec4f) -> @location(0) 
     let a2 = environment_prefilter.scales.x;
     var sum = vec3f(0.0);
     var weights = 0.0;
-    // How long the loop is depends on more than uniforms, see ARCHITECTURE.md.
+    // How long the loop is depends on more than uniforms, see docs/decisions/006.
     let count = select(0u, samples.y, position.x >= 0.0);
     for (var i = 0u; i < count; i++) {
         let sample = textureLoad(lobe, vec2i(i32(i), i32(samples.x)), 0);

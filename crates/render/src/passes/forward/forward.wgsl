@@ -198,7 +198,7 @@ fn forward_targets(in: SurfaceVarying, front_facing: bool, @if(relief) seen: Sun
     var coverage = 1.0;
     @if(layered) var transmittance = vec4f(0.0);
     var sums: LightSums;
-    // The branch depends on more than uniforms, see ARCHITECTURE.md.
+    // The branch depends on more than uniforms, see docs/decisions/006.
     if (in.position_clip.x >= 0.0) & (sample.surface.shading_model != SHADING_MODEL_UNLIT) {
         var shading = shading_at(sample.surface, in.position_world);
         let distance_m = -(view.view_from_world * vec4f(in.position_world, 1.0)).z;

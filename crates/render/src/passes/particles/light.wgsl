@@ -83,7 +83,7 @@ fn light_on(own: u32, position_world: vec3f, position_px: vec2f, distance_m: f32
         sums.irradiance += irradiance;
         sums.towards += dot(irradiance, LUMINANCE) * environment.sun_directions[i].xyz;
     }
-    // How long loops are depends on more than uniforms, see ARCHITECTURE.md.
+    // How long loops are depends on more than uniforms, see docs/decisions/006.
     let directional_count = select(0u, cluster_grid.directional_count, position_px.x >= 0.0);
     let global_count = select(0u, cluster_grid.global_count, position_px.x >= 0.0);
     for (var i = 0u; i < directional_count; i++) {
@@ -118,7 +118,7 @@ fn fs_particles_light(@builtin(position) position: vec4f) -> @location(0) vec4f 
     }
     let left = clamp(1.0 - at.w / max(life, 1e-6), 0.0, 1.0);
     var radiance = particles.color * particles.emission * left;
-    // Depends on more than uniforms, see ARCHITECTURE.md.
+    // Depends on more than uniforms, see docs/decisions/006.
     if (particles.opacity > 0.0) & (position.x > -1.0) {
         let ndc = clamp(clip.xy / clip.w, vec2f(-1.0), vec2f(0.9999));
         let position_px = (ndc * vec2f(0.5, -0.5) + 0.5) * view.size_px;

@@ -29,7 +29,7 @@ fn depths_around(own: u32, middle_world: vec3f, towards: vec3f, to_eye: vec3f) -
     let cells = size.x * size.y;
     let stride = f32(cells) / f32(max(particles.occluders, 1u));
     let wider = pow(stride, 1.0 / 3.0);
-    // How long loops are depends on more than uniforms, see ARCHITECTURE.md.
+    // How long loops are depends on more than uniforms, see docs/decisions/006.
     let count = select(0u, particles.occluders, own < cells);
     var depths = Depths(vec4f(0.0), 0.0);
     for (var i = 0u; i < count; i++) {

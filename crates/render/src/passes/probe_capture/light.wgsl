@@ -159,7 +159,7 @@ fn cube_color(face: u32) -> vec3f {
 @fragment
 fn fs_probe_light(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let texel = u32(position.x);
-    // No branch looks at it, because it would depend on uniforms alone, see ARCHITECTURE.md.
+    // No branch looks at it, because it would depend on uniforms alone, see docs/decisions/006.
     let is_cube = probe_capture.basis.x > 0.5;
     add_sides();
     let source = add_suns(!is_cube);

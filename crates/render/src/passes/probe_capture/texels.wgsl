@@ -39,7 +39,7 @@ fn form(row: u32, column: u32) -> vec3f {
 @fragment
 fn fs_probe_texels(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let place = vec2u(position.xy - probe_texels.corner.xy);
-    // No branch looks at it, because it would depend on uniforms alone, see ARCHITECTURE.md.
+    // No branch looks at it, because it would depend on uniforms alone, see docs/decisions/006.
     let is_cube = probe_texels.corner.z > 0.5;
     if place.y + 1u == PROBE_HEIGHT {
         let of_place = found(0u);

@@ -25,7 +25,7 @@ fn fs_reflections_keep(@builtin(position) position: vec4f) -> @location(0) vec4f
         return found;
     }
     var mean = vec4f(0.0);
-    // Depends on more than uniforms, see ARCHITECTURE.md.
+    // Depends on more than uniforms, see docs/decisions/006.
     if (view.sample_index > 0u) & (position.x > -1.0) {
         mean = textureLoad(previous_reflections, pixel, 0);
     }

@@ -9,8 +9,9 @@
 // Sampling"), by the share of the lobe and by how far away the next texel has a ray like it;
 // - highlights of smooth surfaces are seen from where the eye is, and not from the mirror: they are cut;
 // - rays below the horizon are turned up, since their light is in the energy compensation.
-// Reads: G-buffer, linear_depth, reflections.pyramid, radiance, reflections.radiance, coarse_reflections. Writes: radiance of the hit times how much it is to be
-// trusted, and that share, packed with how wide the filter is to be.
+// Reads: G-buffer, linear_depth, reflections.pyramid, radiance, reflections.radiance, coarse_reflections.
+// Writes: radiance of the hit times how much it is to be trusted, and that share, packed with how wide the filter is to
+// be.
 // Program: reflections_trace.
 
 import package::view::{view, pixel_from_position_view, pixel_height_m, position_view_from_pixel};

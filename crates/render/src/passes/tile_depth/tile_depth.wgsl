@@ -25,7 +25,7 @@ fn bounds_at(place: vec2i) -> vec2f {
 @fragment
 fn fs_tile_depth(@builtin(position) position: vec4f) -> @location(0) vec4f {
     let place = vec2i(position.xy);
-    // How long the loop is depends on more than uniforms, see ARCHITECTURE.md.
+    // How long the loop is depends on more than uniforms, see docs/decisions/006.
     let tile_px = select(0, i32(cluster_grid.size.w), position.x >= 0.0);
     let step = select(vec2i(1, 0), vec2i(0, 1), columns != 0u);
     let first = place + place * step * (tile_px - 1);

@@ -251,7 +251,7 @@ fn fs_water(in: WaterVarying) -> @location(0) vec4f {
     let slopes = slopes_at(at, step_x, step_y);
     let position_view = (view.view_from_world * vec4f(position_world, 1.0)).xyz;
     let to_eye = direction_to_eye_world(position_world);
-    // Depends on more than uniforms, see ARCHITECTURE.md.
+    // Depends on more than uniforms, see docs/decisions/006.
     let is_below = (water.from_below > 0.5) & (position_px.x > -1.0);
     let side = select(1.0, -1.0, is_below);
     let plane_normal = side * water.normal.xyz;

@@ -47,7 +47,7 @@ fn fs_water_within(@builtin(position) position: vec4f) -> @location(0) vec4f {
     surface.f0_dielectric = 0.0;
     surface.shading_model = SHADING_MODEL_STANDARD;
     let shading = shading_from_surface(surface, up);
-    // How long loops are depends on more than uniforms, see ARCHITECTURE.md.
+    // How long loops are depends on more than uniforms, see docs/decisions/006.
     let middle_px = select(vec2f(0.0), 0.5 * view.size_px, position.x > -1.0);
     let sums = light_sums(middle_px, NEAR_M, eye_world, shading);
     let light = sums.radiance + environment_irradiance(up) * (LETS_IN / PI);
