@@ -13,6 +13,7 @@ use crate::chosen::Chosen;
 use crate::failure::{Failure, Kind, say};
 use crate::input::{Input, Opened};
 use crate::inspect::one;
+use crate::older::{self, Told};
 use crate::output;
 use crate::places::Places;
 use crate::session::{ms_since, print};
@@ -190,7 +191,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     }
     let stage_text = outputs.stage_text(stage.as_ref(), &settings, args)?;
     let source = environment_name(&settings, &scene);
-    say_what_is_baked(args, &input, &settings, source);
+    say_what_is_baked(args, (&input, stage.as_ref()), &settings, source);
     let around = EnvironmentRadiance::new(&settings.environment, &scene).map(Surround);
     let around = around.as_ref().map(|around| around as &dyn Around);
     let bar = Bar::new(args.quiet, &wanted);
@@ -344,8 +345,11 @@ fn interrupted(bar: &Bar, is_kept: bool) -> Failure {
     Failure::new(Kind::Interrupted, "interrupted", hint)
 }
 
-/// Says that a file without lights has the studio's light baked, which nobody asked for.
-fn say_what_is_baked(args: &BakeArgs, input: &Input, settings: &Settings, source: &str) {
+/// Tells of older names, and that a file without lights has the light of the studio baked, which nobody asked for.
+fn say_what_is_baked(args: &BakeArgs, (input, stage): (&Input, Option<&Stage>), settings: &Settings, source: &str) {
+    if !args.quiet {
+        Told::default().say(&input.name(), &older::of_input(input, stage));
+    }
     if source == "studio" && settings.environment.source == Environment::Auto && !args.quiet {
         let what = "it has no lights, so the light of the studio is baked; --environment none leaves it out";
         say(format_args!("hint: {}: {what}", input.name()));

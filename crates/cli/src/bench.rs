@@ -8,6 +8,7 @@ use crate::chosen::Chosen;
 use crate::failure::Failure;
 use crate::input::{Input, Opened};
 use crate::job;
+use crate::older::Told;
 use crate::pattern::is_stdout;
 use crate::places::Places;
 use crate::report::{measured_passes, shadow_numbers};
@@ -56,7 +57,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let mut renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
     let load_started = Instant::now();
     let Opened { mut scene, mut warnings, stage } = input.load()?;
-    let stage = stage.filter(|_| takes_settings);
+    let stage = told_of(&chosen, input, stage.filter(|_| takes_settings));
     let (settings, effect_files) = match &stage {
         None => (settings, effect_files),
         stage => chosen.settings(base(), stage.as_ref())?,
@@ -134,6 +135,12 @@ fn live_of(args: &BenchArgs, chosen: &Chosen<'_>, settings: &Settings, stage: Op
         true => Live::new(chosen, settings, stage),
         false => job::check_settings(settings).map(|()| Live::default()),
     }
+}
+
+/// The stage, once the older names that are used are told of.
+fn told_of(chosen: &Chosen<'_>, input: &Input, stage: Option<Stage>) -> Option<Stage> {
+    Told::default().say(&input.name(), &chosen.older_names(input, stage.as_ref()));
+    stage
 }
 
 /// From where a scene is seen that nobody says more of.

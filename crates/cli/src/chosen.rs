@@ -3,12 +3,15 @@
 
 use crate::args::{ChangeArgs, FrameArgs};
 use crate::failure::{Failure, Kind};
+use crate::input::Input;
+use crate::older;
 use crate::preset::Preset;
 use crate::request::{effect_files, effect_names, program_failure, read_effect, read_text};
 use manypass::settings::{SettingsError, Written};
 use manypass::shader::ProgramError;
 use manypass::{Diagnostic, EffectFile, Quality, Settings, SettingsFile, effect};
 use manypass_scene::Stage;
+use manypass_scene::renamed::{NameKind, RENAMED, Renamed, renamed};
 use std::path::{Path, PathBuf};
 
 /// A flag that is a short way to a setting: its name, the key, and the value if it was given.
@@ -163,6 +166,15 @@ impl<'a> Chosen<'a> {
             settings.apply_quality(quality).map_err(|error| Failure::usage(error, "report this"))?;
         }
         self.settings_over(settings, stage)
+    }
+
+    /// The older names that an input, its stage, the file of settings and `--set` use; each once.
+    pub fn older_names(&self, input: &Input, stage: Option<&Stage>) -> Vec<&'static Renamed> {
+        let of_pair = |pair: &String| renamed(NameKind::Setting, key_value(pair).ok()?.0);
+        let mut used = older::of_input(input, stage);
+        used.extend(self.file.iter().flat_map(SettingsFile::older_names));
+        used.extend(self.change.set.iter().filter_map(of_pair));
+        RENAMED.iter().filter(|renamed| used.contains(renamed)).collect()
     }
 
     /// What the picture is for, where that was said.

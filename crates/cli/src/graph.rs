@@ -5,6 +5,7 @@ use crate::chosen::Chosen;
 use crate::failure::{Failure, say};
 use crate::input::Opened;
 use crate::inspect::one;
+use crate::older::Told;
 use crate::request::effects;
 use crate::session::{self, list, still_failure};
 use crate::surroundings::Surroundings;
@@ -52,6 +53,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     let plan = plan(&mut renderer, &scene, &args.frame, settings, files, &aovs)?;
     warnings.extend(renderer.warnings());
     warnings.iter().for_each(|warning| say(format_args!("warning: {}: {warning}", input.name())));
+    Told::default().say(&input.name(), &chosen.older_names(&input, stage.as_ref()));
     let text = match args.format {
         GraphFormat::Text => plan.to_text(),
         GraphFormat::Table => table::of_plan(&plan),

@@ -3,6 +3,7 @@
 use crate::failure::{Failure, Kind};
 use crate::{gather, stage};
 use manypass_offline::atomic;
+use manypass_scene::renamed::{NameKind, current};
 use manypass_scene::stage::is_stage;
 use manypass_scene::{LoadError, Scene, Stage, demo, gltf_file, load_bytes, load_path};
 use std::ffi::OsStr;
@@ -57,7 +58,7 @@ impl Input {
             return Ok(vec![Self::Stdin]);
         }
         if let Some(name) = argument.to_str().and_then(|text| text.strip_prefix("demo:")) {
-            if !demo::NAMES.contains(&name) {
+            if !demo::NAMES.contains(&current(NameKind::Demo, name)) {
                 let hint = format!("demos: {}", demo::NAMES.join(", "));
                 return Err(Failure::usage(format!("unknown demo `{name}`"), hint));
             }

@@ -26,6 +26,7 @@ mod job;
 mod listing;
 mod looks;
 mod memory;
+mod older;
 mod one_tone;
 mod output;
 mod pattern;

@@ -14,6 +14,7 @@ use crate::interrupt;
 use crate::job::Job;
 use crate::looks::Subject;
 use crate::memory;
+use crate::older::Told;
 use crate::output;
 use crate::places::Places;
 use crate::report::{Phases, Report};
@@ -56,6 +57,8 @@ struct Batch<'a> {
     /// All pictures, if they go into one stream; from the first picture on.
     stream: Option<Stream>,
     bar: ProgressBar,
+    /// The older names that were told of.
+    told: Told,
     /// What is read and written.
     places: Places,
     /// Milliseconds from the start of the process to the renderer; the first picture's report takes them.
@@ -111,6 +114,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         report: open_report()?,
         stream: None,
         bar: progress_bar(count, args.quiet),
+        told: Told::default(),
         places,
         start_ms: ms_since(started),
     };

@@ -3,10 +3,12 @@
 use crate::chosen::key_value;
 use crate::failure::{Failure, Kind};
 use crate::job::check_settings;
+use crate::older::Told;
 use crate::request::effect_files;
 use crate::session::list;
 use manypass::settings::schema;
 use manypass::{EffectFile, Quality, SettingInfo, Settings, effect};
+use manypass_scene::renamed::{NameKind, current, renamed};
 use std::path::PathBuf;
 
 /// Where lines of descriptions break.
@@ -58,7 +60,8 @@ pub fn chosen(quality: Option<Quality>, set: &[String], effects: &[PathBuf]) -> 
         settings.apply_quality(quality).map_err(|error| Failure::usage(error, "report this"))?;
     }
     for pair in set {
-        let (key, value) = key_value(pair)?;
+        let (written, value) = key_value(pair)?;
+        let key = current(NameKind::Setting, written);
         effect::set_of_file(&mut settings, &mut files, key, &value.into()).map_err(|error| {
             Failure::usage(error, "`manypass settings` lists the keys, and with --effect NAME those of an effect")
         })?;
@@ -69,6 +72,8 @@ pub fn chosen(quality: Option<Quality>, set: &[String], effects: &[PathBuf]) -> 
     for (key, value) in pairs {
         text.push_str(&format!("{key} = {}\n", toml_value(&settings, &files, &key, &value)));
     }
+    let older: Vec<_> = set.iter().filter_map(|pair| renamed(NameKind::Setting, key_value(pair).ok()?.0)).collect();
+    Told::default().say("--set", &older);
     list(&text)
 }
 

@@ -6,6 +6,7 @@ mod commands;
 use manypass::shader::ProgramError;
 use manypass::{EffectFile, Settings, SettingsFile, SimulationFile, effect};
 use manypass_scene::Stage;
+use manypass_scene::renamed::Renamed;
 use manypass_testkit::pages::{self, Snippet};
 
 /// What is no code of ours, or nothing that can be read by itself: the page, how its text begins, and the reason.
@@ -113,13 +114,20 @@ fn check_toml(snippet: &Snippet) -> Result<(), String> {
             Stage::parse(&snippet.page, &format!("{before}{model}{text}")).map_err(|fault| fault.to_string())?;
         let chain = Settings::stage_chain(&stage).map_err(|fault| fault.to_string())?;
         let mut effects = effects(chain).map_err(at_place)?;
-        return settings.apply_stage(&stage, &mut effects).map_err(|fault| fault.to_string());
+        settings.apply_stage(&stage, &mut effects).map_err(|fault| fault.to_string())?;
+        return no_older_names(&Settings::stage_older_names(&stage)).map_err(at_place);
     }
     let file = SettingsFile::parse(&snippet.page, &format!("{before}\n{text}")).map_err(|fault| fault.to_string())?;
     let chain = Settings::chain_of_file(&file).map_err(|fault| fault.to_string())?;
     let mut effects = effects(chain).map_err(at_place)?;
     let applied = file.apply(|key, written| effect::set_of_file(&mut settings, &mut effects, key, written));
-    applied.map_err(|fault| fault.to_string())
+    applied.map_err(|fault| fault.to_string())?;
+    no_older_names(&file.older_names()).map_err(at_place)
+}
+
+/// Pages have the names of today.
+fn no_older_names(names: &[&'static Renamed]) -> Result<(), String> {
+    names.first().map_or(Ok(()), |renamed| Err(renamed.to_string()))
 }
 
 /// The effects of a chain; files of a user's own are stood in for.

@@ -222,14 +222,14 @@ fn what_is_reflected_is_baked_where_a_stage_says() {
     let folder = Folder::new("reflection");
     let run = bake(&folder, &["demo:cornell", "-o", "a.glb", "--what", "reflection", "--bounces", "1"]);
     assert_eq!(run.code, 0, "{}", run.stderr);
-    assert!(run.stderr.contains("1 picture of surroundings"), "{}", run.stderr);
+    assert!(run.stderr.contains("1 reflection probe"), "{}", run.stderr);
     let json = Parts::json_of(&folder.join("a.glb")).expect("a GLB");
     let place = &json["extensions"]["MANYPASS_surroundings"]["places"][0];
     assert_eq!((&place["name"], place["position"][1].as_f64().map(f64::round)), (&"room".into(), Some(1.0)));
-    // Without a word of surroundings `all` has none; a stage says where, and finds it by its name.
+    // Without a word of reflection probes `all` has none; a stage says where, and finds it by its name.
     folder.write(
         "s.stage.toml",
-        b"model = \"demo:cornell\"\n[environment]\nsource = \"none\"\n[[surroundings]]\nname = \"box\"\ncenter = [0, 1, 0]\n\
+        b"model = \"demo:cornell\"\n[environment]\nsource = \"none\"\n[[reflection_probes]]\nname = \"box\"\ncenter = [0, 1, 0]\n\
           size_m = [2, 2, 2]\nposition = [0, 1.2, 0.3]\n",
     );
     let all = ["-o", "b.glb", "--what", "occlusion,reflection", "--json"];

@@ -1,5 +1,6 @@
 //! What is said of stage files in documentation, from the declarations that their reader has.
 
+use manypass_scene::renamed::{NameKind, RENAMED};
 use manypass_scene::stage::keys::{SETTINGS_TABLES, TABLES};
 use std::fmt::Write as _;
 
@@ -19,8 +20,25 @@ pub fn markdown_tables() -> String {
     for (name, doc) in SETTINGS_TABLES {
         let _ = writeln!(text, "| `[{name}]` | {doc} |");
     }
+    text.push_str("\n### Older names\n\n| older name | name | where |\n|---|---|---|\n");
+    for row in &RENAMED {
+        let place = match row.kind {
+            NameKind::StageTable => "stages".into(),
+            NameKind::StageKey(table) => format!("`[[{table}]]` of stages"),
+            NameKind::Setting => "settings".into(),
+            NameKind::Demo => "built-in scenes".into(),
+        };
+        let _ = writeln!(text, "| `{}` | `{}` | {place} |", row.written(row.older), row.written(row.name));
+    }
+    text.push_str(OLDER_NAMES);
     text
 }
+
+/// What is said of older names.
+const OLDER_NAMES: &str = "
+Older names work in this version alone. A hint names the name of today, once a run; `--strict` does not refuse it. On
+the page the hint is one of `viewer.warnings()`. The older name beside the name of today in one stage is an error.
+";
 
 /// Prose in lines of at most 120 characters, as all pages have it.
 fn wrapped(text: &str) -> String {

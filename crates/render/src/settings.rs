@@ -11,6 +11,7 @@ use crate::passes::debug::DebugView;
 use crate::passes::upscale::UpscaleMethod;
 use crate::render_settings::Path;
 use crate::setting::unknown_key;
+use manypass_scene::renamed::{NameKind, current};
 use serde::{Deserialize, Serialize};
 use std::sync::LazyLock;
 
@@ -118,12 +119,12 @@ impl Settings {
         self.give(key, &value.into())
     }
 
-    /// Sets `key` to what was written on the command line or in a file.
+    /// Sets `key`, or what an older key is called now, to what was written on the command line or in a file.
     ///
     /// # Errors
     /// An unknown key, or a value of another type or outside its range.
     pub fn give(&mut self, key: &str, written: &Written) -> Result<(), SettingsError> {
-        let key = if key == CHAIN.0 { CHAIN.1 } else { key };
+        let key = if key == CHAIN.0 { CHAIN.1 } else { current(NameKind::Setting, key) };
         let info = Self::declared().iter().find(|info| info.key == key);
         let group = key.split_once('.').and_then(|(group, field)| Some((self.group(group)?, field)));
         match (info, group) {
@@ -208,6 +209,7 @@ impl Settings {
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
     use super::*;
+    use manypass_scene::renamed::RENAMED;
 
     #[test]
     fn every_setting_takes_its_default_and_is_well_described() {
@@ -224,6 +226,26 @@ mod tests {
         let json = serde_json::to_value(&settings).unwrap();
         assert_eq!(serde_json::from_value::<Settings>(json.clone()).unwrap(), settings);
         assert_eq!(json["clusters"], serde_json::json!({ "tile_px": 16, "slices": 32 }));
+    }
+
+    #[test]
+    fn older_keys_set_what_they_are_called_now() {
+        for row in RENAMED.iter().filter(|row| row.kind == NameKind::Setting) {
+            let info = Settings::declared().iter().find(|info| info.key == row.name).expect(row.name);
+            assert!(Settings::declared().iter().all(|info| info.key != row.older), "{row}");
+            let other = match info.kind {
+                SettingType::Boolean => (info.default != Some(SettingValue::Boolean(true))).to_string(),
+                ref kind => panic!("say here what `{}` takes beside its default: {kind}", row.name),
+            };
+            let [mut older, mut now] = [Settings::default(), Settings::default()];
+            older.set(row.older, &other).unwrap();
+            now.set(row.name, &other).unwrap();
+            assert!(older == now && now != Settings::default(), "{row}");
+            let file = |key: &str| SettingsFile::parse("a.toml", &format!("{key} = {other}")).unwrap();
+            assert_eq!((file(row.older).older_names(), file(row.name).older_names()), (vec![row], Vec::new()));
+            let error = older.set(row.older, "many").unwrap_err().to_string();
+            assert!(error.starts_with(&format!("`many` is no value of `{}`", row.name)), "{error}");
+        }
     }
 
     #[test]

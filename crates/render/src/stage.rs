@@ -5,6 +5,7 @@ use crate::effect::{self, EffectFile};
 use crate::setting::{SettingsFile, Written, color_schema, schema, unknown_key};
 use crate::settings::{Settings, SettingsError};
 use manypass_scene::Stage;
+use manypass_scene::renamed::Renamed;
 use manypass_scene::stage::keys::{SETTINGS_TABLES, StageKey, StageTable, StageType, TABLES};
 use serde_json::{Map, Value, json};
 
@@ -44,6 +45,12 @@ impl Settings {
     /// The stage is not TOML, or has two.
     pub fn stage_chain(stage: &Stage) -> Result<Option<Vec<String>>, Box<Diagnostic>> {
         Self::chain_of_file(&settings_of(stage)?)
+    }
+
+    /// The older names that a stage uses, those of settings, too: each once.
+    pub fn stage_older_names(stage: &Stage) -> Vec<&'static Renamed> {
+        let of_settings = settings_of(stage).map(|file| file.older_names()).unwrap_or_default();
+        stage.older_names().iter().copied().chain(of_settings).collect()
     }
 
     /// The settings of a stage, as a file of settings has them.
@@ -175,6 +182,18 @@ mod tests {
         assert_eq!((settings.fog.color.0, settings.fog.start_m), ([1.0, 0.5, 0.0], 0.0));
         assert_eq!((settings.tone_map.curve, settings.render.scale), (Tonemap::Aces, 0.5));
         assert_eq!(applied("[environment]\nsource = \"none\"").unwrap().environment.source, Environment::None);
+    }
+
+    #[test]
+    fn older_names_are_told_of_tables_keys_and_settings() {
+        let text = "model = \"demo:surroundings\"\n[settings.shadows]\nturns = false\n[[surroundings]]\ncenter = [0, 1, 0]\n\
+                    size_m = [4, 2, 6]\n[[surroundings]]\ncenter = [0, 1, 9]\nsize_m = [4, 2, 6]\n";
+        let stage = Stage::parse("a.stage.toml", text).unwrap();
+        let older: Vec<&str> = Settings::stage_older_names(&stage).iter().map(|renamed| renamed.older).collect();
+        assert_eq!(older, ["surroundings", "surroundings", "shadows.turns"], "a table, a demo and a setting");
+        let mut settings = Settings::default();
+        settings.apply_stage(&stage, &mut []).unwrap();
+        assert!(!settings.shadows.spread_over_samples);
     }
 
     #[test]

@@ -287,14 +287,15 @@ fn odd_surroundings_are_left_out() {
         ];
         renderer.load(&scene).unwrap();
         let warnings = renderer.warnings();
-        let count = warnings.iter().filter(|warning| warning.contains("surroundings `room` are left out")).count();
+        let count =
+            warnings.iter().filter(|warning| warning.contains("the reflection probe `room` is left out")).count();
         assert_eq!(count, 3, "{odd}: {warnings:?}");
         let picture = radiance(&mut renderer, &scene, &request);
         assert!(picture.iter().flatten().all(|value| value.is_finite()), "{odd}");
     }
     scene.surroundings = vec![plain; 6];
     renderer.load(&scene).unwrap();
-    assert!(renderer.warnings().iter().any(|warning| warning == "only the first 4 of 6 surroundings are drawn"));
+    assert!(renderer.warnings().iter().any(|warning| warning == "only the first 4 of 6 reflection probes are drawn"));
     let picture = radiance(&mut renderer, &scene, &request);
     assert!(picture.iter().flatten().all(|value| value.is_finite()));
     assert_eq!(renderer.stats().captures, 48);

@@ -30,6 +30,7 @@ pub use shore::shore;
 pub use yard::yard;
 
 use crate::framing::look_along;
+use crate::renamed::{NameKind, current};
 use crate::stage::Stage;
 use crate::{Material, Mesh, Node, Primitive, Scene};
 use glam::Vec3;
@@ -48,7 +49,7 @@ pub const NAMES: [&str; 21] = [
     "doors",
     "portals",
     "gallery",
-    "surroundings",
+    "reflection_probes",
     "laboratory",
     "simulations",
     "particles",
@@ -59,8 +60,9 @@ pub const NAMES: [&str; 21] = [
     "cornell",
 ];
 
-/// The demo of a name.
+/// The demo of a name, or of an older one.
 pub fn named(name: &str) -> Option<Scene> {
+    let name = current(NameKind::Demo, name);
     match name {
         "hall" => Some(hall()),
         "materials" => Some(materials()),
@@ -71,7 +73,7 @@ pub fn named(name: &str) -> Option<Scene> {
         "doors" => Some(doors()),
         "portals" => staged(doors(), name),
         "gallery" => Some(gallery()),
-        "surroundings" => staged(gallery(), name),
+        "reflection_probes" => staged(gallery(), name),
         "laboratory" => Some(laboratory()),
         "simulations" | "particles" => staged(laboratory(), name),
         "yard" => Some(yard()),
@@ -96,14 +98,15 @@ fn staged(mut scene: Scene, name: &str) -> Option<Scene> {
 /// each other, which live probes find, the panel of `room` is a mirror, of which the picture shows too little, and the
 /// balls of `gallery` reflect what lies off the picture. It is no part of [`stage`], because bakers find that light themselves, and stages of users say what is a mirror.
 pub fn frame_stage(name: &str) -> Option<Stage> {
+    let name = current(NameKind::Demo, name);
     let text = match name {
         "room" => "model = \"demo:room\"\n[[mirrors]]\nnode = \"Mirror\"\n",
         "gallery" => concat!(
             "model = \"demo:gallery\"\n[[mirrors]]\nnode = \"Mirror\"\n",
-            "[[surroundings]]\nname = \"room\"\ncenter = [0, 1.5, 0]\nsize_m = [8.6, 3.5, 7.6]\n",
-            "position = [0.6, 1.1, 0.6]\nwalls_center = [0, 1.5, 0]\nwalls_size_m = [8, 3, 7]\n",
+            "[[reflection_probes]]\nname = \"room\"\ncenter = [0, 1.5, 0]\nsize_m = [8.6, 3.5, 7.6]\n",
+            "position = [0.6, 1.1, 0.6]\nparallax_center = [0, 1.5, 0]\nparallax_size_m = [8, 3, 7]\n",
         ),
-        "surroundings" => "model = \"demo:gallery\"\n[[mirrors]]\nnode = \"Mirror\"\n",
+        "reflection_probes" => "model = \"demo:gallery\"\n[[mirrors]]\nnode = \"Mirror\"\n",
         "cornell" => "model = \"demo:cornell\"\n[[probes]]\ncounts = [4, 4, 4]\n",
         _ => return None,
     };
@@ -114,6 +117,7 @@ pub fn frame_stage(name: &str) -> Option<Stage> {
 /// What a demo brings of settings, if it has any of its own: a stage without more. A stage of the user's that has a demo
 /// as its model takes none of them.
 pub fn stage(name: &str) -> Option<Stage> {
+    let name = current(NameKind::Demo, name);
     let text = match name {
         "hall" => include_str!("demo/hall.stage.toml"),
         "room" => "model = \"demo:room\"\n[settings.exposure]\nstops = \"auto-1\"\n",
@@ -126,7 +130,7 @@ pub fn stage(name: &str) -> Option<Stage> {
         "doors" => "model = \"demo:doors\"\n[settings.exposure]\nstops = \"auto-1\"\n",
         "portals" => include_str!("demo/portals.stage.toml"),
         "gallery" => "model = \"demo:gallery\"\n[settings.exposure]\nstops = \"auto-1.6\"\n",
-        "surroundings" => include_str!("demo/surroundings.stage.toml"),
+        "reflection_probes" => include_str!("demo/reflection_probes.stage.toml"),
         "laboratory" => "model = \"demo:laboratory\"\n[settings.exposure]\nstops = \"auto\"\n",
         "simulations" => include_str!("demo/simulations.stage.toml"),
         "particles" => include_str!("demo/particles.stage.toml"),
@@ -190,7 +194,7 @@ mod tests {
                 "laboratory" | "simulations" | "particles" => "demo:laboratory",
                 "shore" | "water" => "demo:shore",
                 "doors" | "portals" => "demo:doors",
-                "gallery" | "surroundings" => "demo:gallery",
+                "gallery" | "reflection_probes" => "demo:gallery",
                 "yard" | "decals" => "demo:yard",
                 "sandbox" | "trails" => "demo:sandbox",
                 "cornell" => "demo:cornell",
@@ -198,9 +202,11 @@ mod tests {
             };
             assert!(stage.is_none_or(|stage| stage.model() == model), "{name}");
             assert!(named(name).is_some(), "{name}");
+            let stages = [super::stage(name), frame_stage(name)];
+            assert!(stages.iter().flatten().all(|stage| stage.older_names().is_empty()), "{name}");
             if let Some((stage, mut scene)) = frame_stage(name).zip(named(name)) {
                 assert!(stage.apply(&mut scene).is_ok(), "{name}");
-                assert_eq!(scene.surroundings.is_empty(), !["gallery", "surroundings"].contains(&name), "{name}");
+                assert_eq!(scene.surroundings.is_empty(), !["gallery", "reflection_probes"].contains(&name), "{name}");
             }
         }
     }

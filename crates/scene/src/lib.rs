@@ -36,6 +36,7 @@ pub mod particles;
 pub mod portal;
 pub mod primitives;
 pub mod probes;
+pub mod renamed;
 pub mod scenes;
 mod simplify;
 pub mod simulation;

@@ -26,6 +26,7 @@ mod materials;
 mod mirrors;
 mod monitors;
 mod names;
+mod older;
 mod overlay;
 mod particles;
 mod portals;
@@ -44,11 +45,12 @@ pub use load::{
 
 use crate::light::LIGHTS_MAX;
 use crate::overlay::Overlay;
+use crate::renamed::Renamed;
 use crate::{Diagnostic, Scene};
 use decals::DecalEntry;
 use keys::{
-    DECALS, LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PARTICLES, PORTALS, PROBES, SETTINGS_TABLES,
-    SIMULATIONS, SURROUNDINGS, StageTable, TABLES, WATER,
+    DECALS, LIGHTS, MATERIALS, MIRRORS, MONITORS, NODES, OVERLAY, PARTICLES, PORTALS, PROBES, REFLECTION_PROBES,
+    SETTINGS_TABLES, SIMULATIONS, StageTable, TABLES, WATER,
 };
 use light_files::LightFiles;
 use lights::LightEntry;
@@ -88,6 +90,7 @@ pub struct Stage {
     surroundings: Vec<SurroundingsEntry>,
     probes: Vec<ProbesEntry>,
     overlay: Vec<OverlayEntry>,
+    older_names: Vec<&'static Renamed>,
 }
 
 /// What is changed of nodes that have a name.
@@ -119,7 +122,7 @@ impl Stage {
             DECALS.name,
             WATER.name,
             PORTALS.name,
-            SURROUNDINGS.name,
+            REFLECTION_PROBES.name,
             PROBES.name,
             OVERLAY.name,
         ];
@@ -148,10 +151,11 @@ impl Stage {
         let decals = list(&source, root, &DECALS, DecalEntry::read)?;
         let water = list(&source, root, &WATER, WaterEntry::read)?;
         let portals = list(&source, root, &PORTALS, PortalEntry::read)?;
-        let surroundings = list(&source, root, &SURROUNDINGS, SurroundingsEntry::read)?;
+        let surroundings = list(&source, root, &REFLECTION_PROBES, SurroundingsEntry::read)?;
         let probes = list(&source, root, &PROBES, ProbesEntry::read)?;
         ProbesEntry::check(&probes, &source)?;
         let overlay = list(&source, root, &OVERLAY, OverlayEntry::read)?;
+        let older_names = older::older_names(root, &model.value);
         Ok(Self {
             model,
             light_files,
@@ -168,6 +172,7 @@ impl Stage {
             surroundings,
             probes,
             overlay,
+            older_names,
             source,
         })
     }
@@ -185,6 +190,11 @@ impl Stage {
     /// The text.
     pub fn text(&self) -> &str {
         &self.source.text
+    }
+
+    /// The older names that it uses of tables, of their keys and of a built-in scene: each once.
+    pub fn older_names(&self) -> &[&'static Renamed] {
+        &self.older_names
     }
 
     /// The model, as it is written: a path from the stage's folder, or `demo:NAME`.
@@ -242,7 +252,7 @@ impl Stage {
     }
 
     /// Changes the model's scene: what casts shadows, materials, lights, monitors, mirrors, simulations, particles, decals, water, portals,
-    /// surroundings, probes, what is drawn over it.
+    /// reflection probes, probes, what is drawn over it.
     /// Brings its transforms up to date. `resolve` gives images and fonts by the names of [`Self::images`]. Gives warnings.
     ///
     /// # Errors
@@ -336,7 +346,7 @@ fn list<T>(
     declared: &StageTable,
     read: impl Fn(&Table<'_>) -> Result<T, Box<Diagnostic>>,
 ) -> Result<Vec<T>, Box<Diagnostic>> {
-    let Some(value) = value(root, declared.name) else { return Ok(Vec::new()) };
+    let Some(value) = older::list_of(root, declared.name) else { return Ok(Vec::new()) };
     let entries = tables(source, declared.name, value)?;
     if let Some((_, range)) = entries.get(LIGHTS_MAX as usize) {
         let message = format!("there are {} [[{}]], and {LIGHTS_MAX} are possible", entries.len(), declared.name);

@@ -89,7 +89,7 @@ export interface Settings {
   "shadows.near_m"?: number;
   "shadows.far_m"?: number;
   "shadows.min_px"?: number;
-  "shadows.turns"?: boolean;
+  "shadows.spread_over_samples"?: boolean;
   "shadows.bias_texels"?: number;
   "shadows.contact_m"?: number;
   "shadows.contact_steps"?: number;

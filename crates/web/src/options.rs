@@ -1,5 +1,6 @@
 //! `RenderOptions` of the TypeScript section.
 
+use manypass::scene::renamed::{NameKind, RENAMED, Renamed, current, renamed};
 use manypass::scene::{Scene, Stage};
 use manypass::settings::Written;
 use manypass::{EffectFile, Exposure, Fisheye, FrameRequest, Quality, QualityBudget, Settings, effect};
@@ -13,6 +14,8 @@ pub struct Options {
     quality: Option<Quality>,
     /// What was chosen, by key, in its order.
     chosen: Vec<(String, Written)>,
+    /// The older keys by which something was chosen.
+    older: Vec<&'static Renamed>,
     /// The stage that is shown.
     stage: Option<Stage>,
     /// Effects whose texts were given.
@@ -92,6 +95,13 @@ impl Options {
         self.with_effects(given)
     }
 
+    /// The notices of older names by which the stage says or somebody chose something; each once.
+    pub fn notices(&self) -> Vec<String> {
+        let mut used: Vec<_> = self.stage.iter().flat_map(Settings::stage_older_names).collect();
+        used.extend(&self.older);
+        RENAMED.iter().filter(|renamed| used.contains(renamed)).map(ToString::to_string).collect()
+    }
+
     /// The effects of the chain, in its order.
     pub fn effects(&self) -> &[EffectFile] {
         &self.effects
@@ -146,6 +156,10 @@ impl Options {
 
     /// Changes a setting by choice.
     fn give(&mut self, key: &str, written: Written) {
+        if let Some(older) = renamed(NameKind::Setting, key).filter(|older| !self.older.contains(older)) {
+            self.older.push(older);
+        }
+        let key = current(NameKind::Setting, key);
         self.chosen.retain(|(known, _)| known != key);
         self.chosen.push((key.into(), written));
     }

@@ -21,7 +21,9 @@ pub use life::create;
 use manypass::{
     Aov, EffectFile, FrameRequest, Metering, QualityBudget, Renderer, View, WgslEffect,
     scene::{
-        Framing, LateImages, Overlay, Scene, Stage, demo, formats, stage,
+        Framing, LateImages, Overlay, Scene, Stage, demo, formats,
+        renamed::{NameKind, renamed},
+        stage,
         turns::{Turns, at_once},
         water::Water,
     },
@@ -241,7 +243,8 @@ impl Viewer {
         let known = || format!("unknown demo `{name}`: there are {}", demo::NAMES.join(", "));
         let mut scene = demo::named(name).ok_or_else(|| JsError::new(&known()))?;
         scene.update_transforms();
-        self.take(scene, Vec::new(), demo::stage(name).as_ref())
+        let older = renamed(NameKind::Demo, name);
+        self.take(scene, older.map(ToString::to_string).into_iter().collect(), demo::stage(name).as_ref())
     }
 
     /// The names of the file's scenes, in order; those without one are empty.
@@ -384,8 +387,8 @@ impl Viewer {
         Some(object(&entries).unchecked_into())
     }
 
-    /// What was left out of, or replaced in, the model; one line each.
+    /// What was left out of, or replaced in, the model, and which older names are called otherwise now; one line each.
     pub fn warnings(&self) -> Vec<String> {
-        self.warnings.clone()
+        [&self.warnings[..], &self.options.notices()].concat()
     }
 }

@@ -31,8 +31,8 @@ fn rows() -> Vec<(&'static str, String, Option<f64>)> {
         ("a mirror that turns its back", mirror(1.0, 12.0, -1), None),
         ("a lake and a pool, against the environment in them", "model = \"demo:water\"\n".into(), None),
         ("a doorway and two openings that face each other", "model = \"demo:portals\"\n".into(), None),
-        ("the surroundings of a room", "model = \"demo:surroundings\"\n".into(), None),
-        ("the same, drawn once", "model = \"demo:gallery\"\n[[surroundings]]\ncenter = [0, 1.5, 0]\nsize_m = [8.2, 3.1, 7.2]\nupdate = \"once\"\n".into(), None),
+        ("a reflection probe of a room", "model = \"demo:reflection_probes\"\n".into(), None),
+        ("the same, drawn once", "model = \"demo:gallery\"\n[[reflection_probes]]\ncenter = [0, 1.5, 0]\nsize_m = [8.2, 3.1, 7.2]\nupdate = \"once\"\n".into(), None),
         ("three monitors that see each other", "model = \"demo:monitors\"\n".into(), None),
     ]
 }

@@ -20,7 +20,7 @@ Tables:
   effects   effects at 1920x1080 beside a plain copy, with the bytes that they read, write and hold; the blur and occlusion
             beside their textbook versions
   quality   tiers of quality: milliseconds of a live frame, beside the next tier's, and FLIP to the best with many samples
-  captures  mirrors, water, portals, surroundings and monitors: milliseconds of a live frame beside the same frame without them
+  captures  mirrors, water, portals, reflection probes and monitors: milliseconds of a live frame beside the same frame without them
   decals    leaves on the floor of the hall, beside the pass that draws the G-buffer without them
   simulations  a step of waves, patterns, fluids and 100,000 particles, beside a copy of their states
   environment  prefiltering a picture of 2048x1024, having it from a cache, and the studio

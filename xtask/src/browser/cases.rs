@@ -145,7 +145,7 @@ pub(super) static CASES: [Case; 70] = [
     // Mirrors make more of what two rasterizers round differently.
     Case {
         tolerance: Tolerance { share: 0.976, mean: 0.6, ..together(208, 4) },
-        ..case("surroundings", "docs/examples/surroundings.stage.toml", WIDE)
+        ..case("reflection_probes", "docs/examples/reflection_probes.stage.toml", WIDE)
     },
     // Waves around a ball, a pattern, and smoke, after a second: what is rounded differently grows from step to step.
     Case {

@@ -46,7 +46,7 @@ pub struct BakeArgs {
     /// every viewer of glTF reads, in place of the file's own; it also keeps reflections out of corners. probes: the light that
     /// arrives at places of a grid, as spherical harmonics, for what moves and for surfaces without light maps; where [[probes]] of
     /// a stage says, else all over the scene. reflection: what
-    /// is to be seen around places, which surfaces there reflect; where [[surroundings]] of a stage say, else around the middle of
+    /// is to be seen around places, which surfaces there reflect; where [[reflection_probes]] of a stage say, else around the middle of
     /// the scene (not for all). ambient-cubes: the light of probes as six colours, which are smaller in the file and coarser. emission: in place
     /// of light maps, what surfaces send out of all light, as the emissive texture that every viewer reads; they have no
     /// other colour then, and lamps are baked.

@@ -85,7 +85,7 @@ impl Report<'_> {
             format!("{count} probe{} ({place}; {moved} moved, {off} off)", plural(count))
         });
         let of_places = Some(self.found.places.len()).filter(|count| *count > 0);
-        let of_places = of_places.map(|count| format!("{count} picture{} of surroundings", plural(count)));
+        let of_places = of_places.map(|count| format!("{count} reflection probe{}", plural(count)));
         let parts: Vec<String> = of_maps.into_iter().chain(of_probes).chain(of_places).collect();
         format!("{}{stage}: {}, {:.1} s", self.outputs.model.display(), parts.join("; "), self.ms / 1e3)
     }

@@ -8,6 +8,7 @@ use crate::exposure::Taken;
 use crate::failure::{Failure, say};
 use crate::input::Opened;
 use crate::inspect::one;
+use crate::older::Told;
 use crate::request::effects;
 use crate::session::{self, still_failure};
 use crate::surroundings::Surroundings;
@@ -84,6 +85,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     session::note_cache(!args.cache.no_cache);
     let mut surroundings = Surroundings::new(session::cache(!args.cache.no_cache));
     interrupt::heed(true);
+    let mut told = Told::default();
     let mut read = |argument: &str| -> Result<Read, Failure> {
         let input = one(argument)?;
         let Opened { mut scene, mut warnings, stage } = input.load()?;
@@ -97,6 +99,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
         scene.variant = looks::variant(&scene, frame.variant.as_deref())?;
         let name = input.name();
         warnings.iter().for_each(|warning| say(format_args!("warning: {name}: {warning}")));
+        told.say(&name, &chosen.older_names(&input, stage.as_ref()));
         Ok(Read { name, scene, settings, effects, is_stage: stage.is_some() })
     };
     let (mut a, mut b) = (read(&args.a)?, read(&args.b)?);

@@ -111,6 +111,9 @@ impl Batch<'_> {
         hints.extend(looks.iter().find_map(|look| camera::outlier_hint(&look.camera, &scene, &framing)));
         hints.extend(shot::unborn_hint(&scene, args));
         hints.iter().for_each(|hint| self.hint(&item.input.name(), hint));
+        let older = self.chosen.older_names(&item.input, stage.as_ref());
+        self.told.news(&older).iter().for_each(|name| self.hint(&item.input.name(), &name.to_string()));
+        hints.extend(older.iter().map(ToString::to_string));
         Ok(Loaded {
             scene,
             framing,

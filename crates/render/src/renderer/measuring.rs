@@ -51,14 +51,14 @@ impl Renderer {
 
     /// In how many rounds the lights of `scene` have to share the atlas of shadow maps so that every light casts its
     /// shadow in the picture that `request` asks for: what to give as [`FrameRequest::light_rounds`]. 1 where all have
-    /// room at once; none where none casts shadows, or lights are not to take turns (`shadows.turns`). It renders
-    /// nothing.
+    /// room at once; none where none casts shadows, or maps are not to be spread
+    /// (`shadows.spread_over_samples`). It renders nothing.
     ///
     /// # Errors
     /// As [`Self::render_async`].
     pub fn light_rounds(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Option<u32>, RenderError> {
         let settings = &request.settings.shadows;
-        if !settings.enabled || !settings.turns {
+        if !settings.enabled || !settings.spread_over_samples {
             return Ok(None);
         }
         let mut purpose = Purpose::Rounds(1);

@@ -169,12 +169,15 @@ impl SurroundingsState {
 /// What is wrong with surroundings of a scene, which are not drawn then.
 pub(super) fn faults(scene: &Scene) -> Vec<String> {
     let fault = |of: &&Surroundings| !is_sound(of);
-    let said =
-        |of: &Surroundings| format!("surroundings `{}` are left out: their boxes are no boxes, or too large", of.name);
+    let said = |of: &Surroundings| {
+        format!("the reflection probe `{}` is left out: its boxes are no boxes, or too large", of.name)
+    };
     let mut faults: Vec<String> = scene.surroundings.iter().take(SURROUNDINGS_MAX).filter(fault).map(said).collect();
     if scene.surroundings.len() > SURROUNDINGS_MAX {
-        faults
-            .push(format!("only the first {SURROUNDINGS_MAX} of {} surroundings are drawn", scene.surroundings.len()));
+        faults.push(format!(
+            "only the first {SURROUNDINGS_MAX} of {} reflection probes are drawn",
+            scene.surroundings.len()
+        ));
     }
     faults
 }

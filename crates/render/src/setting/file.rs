@@ -2,6 +2,7 @@
 
 use super::{SettingValue, SettingsError, Written};
 use crate::diagnostic::Diagnostic;
+use manypass_scene::renamed::{NameKind, RENAMED, Renamed};
 use std::fmt::Display;
 use std::ops::Range;
 use toml::Spanned;
@@ -67,6 +68,12 @@ impl SettingsFile {
     /// What it says of the setting `key`, if it does; of several the last.
     pub fn last(&self, key: &str) -> Option<&Written> {
         self.entries.iter().rev().find(|entry| entry.key == key).map(|entry| &entry.value)
+    }
+
+    /// The older keys that it uses, each once.
+    pub fn older_names(&self) -> Vec<&'static Renamed> {
+        let is_used = |row: &&Renamed| row.kind == NameKind::Setting && self.last(row.older).is_some();
+        RENAMED.iter().filter(is_used).collect()
     }
 
     /// The refusal of the value of `key`, of several the last, at its place: of the text `part` in it, if that stands there.

@@ -57,10 +57,10 @@ settings! {
         /// A light at a place casts no shadow where a map as fine as the picture would have fewer texels a side than this: it
         /// is seen too small. Below 16 a map is nothing but border.
         min_px: f32 = 0.0, in 0.0..=16384.0, unit "px", needs "shadows.enabled=true";
-        /// Whether in a still the lights for whose shadow maps there is no room at once take turns, so that every light
-        /// casts its shadow. Otherwise, and always in `bench` and in the browser, they shine through everything, and
-        /// are counted.
-        turns: bool = true, needs "shadows.enabled=true";
+        /// Whether the shadow maps of a still are spread over its samples where they do not fit into the atlas at once: then
+        /// every light casts its shadow. Otherwise, and always in `bench` and in the browser, the lights without room cast
+        /// none, and are counted.
+        spread_over_samples: bool = true, needs "shadows.enabled=true";
         /// Texels by which a surface is moved along its normal before it is compared with a map.
         bias_texels: f32 = 1.25, in 0.0..=16.0, unit "texels", needs "shadows.enabled=true";
         /// How far from a surface towards each light that casts shadows the picture is searched for what hides that

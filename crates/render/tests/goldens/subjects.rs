@@ -64,7 +64,7 @@ pub fn all() -> Vec<Subject> {
         of_room("mirror", -5.2),
         water(),
         of_room("portals", -2.6),
-        of_room("surroundings", -5.6),
+        of_room("reflection_probes", -5.6),
         at_time(of_room("simulations", -1.0), 1.5),
         at_time(of_room("particles", -1.0), 1.5),
         of_room("decals", -4.5),

@@ -8,7 +8,7 @@ mod views;
 pub(super) use effects::{DECALS, PARTICLES, SIMULATIONS, WATER};
 pub(super) use overlay::OVERLAY;
 pub(super) use scene::{LIGHTS, MATERIALS, NODES};
-pub(super) use views::{MIRRORS, MONITORS, PORTALS, PROBES, SURROUNDINGS};
+pub(super) use views::{MIRRORS, MONITORS, PORTALS, PROBES, REFLECTION_PROBES};
 
 /// What a key takes.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -103,7 +103,7 @@ const FILE: StageTable = StageTable {
     keys: &[required(
         "model",
         StageType::Text,
-        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water, demo:doors, demo:portals, demo:gallery, demo:surroundings, demo:laboratory, demo:simulations, demo:particles, demo:yard, demo:decals, demo:sandbox, demo:trails, demo:cornell.",
+        "The model: a .glb, .gltf, .obj, .stl, .ply or .3mf file, its path from the folder of the stage; or demo:hall, demo:materials, demo:relief, demo:crowd, demo:room, demo:monitors, demo:mirror, demo:shore, demo:water, demo:doors, demo:portals, demo:gallery, demo:reflection_probes, demo:laboratory, demo:simulations, demo:particles, demo:yard, demo:decals, demo:sandbox, demo:trails, demo:cornell.",
     )],
 };
 
@@ -134,7 +134,7 @@ pub const TABLES: [StageTable; 14] = [
     DECALS,
     WATER,
     PORTALS,
-    SURROUNDINGS,
+    REFLECTION_PROBES,
     PROBES,
     OVERLAY,
 ];

@@ -2,6 +2,7 @@
 
 use super::keys::{DECALS, MATERIALS, OVERLAY, PARTICLES, SIMULATIONS, WATER};
 use super::light_files::{InFolder, Light, LightFiles, ResolvedFiles};
+use super::older::list_of;
 use super::{Stage, decals, document, materials::MAPS, overlay::FILES, simulations, table::Source, value, water};
 use crate::formats;
 use crate::gltf_file::{LoadError, Loaded, read_file};
@@ -137,7 +138,7 @@ pub fn named_images(path: &Path) -> Vec<PathBuf> {
         (PARTICLES.name, &["program"][..]),
     ];
     let named = named.into_iter().flat_map(|(list, keys)| {
-        let entries = value(document.get_ref(), list).and_then(|list| list.get_ref().as_array());
+        let entries = list_of(document.get_ref(), list).and_then(|list| list.get_ref().as_array());
         let tables = entries.into_iter().flatten().filter_map(|entry| entry.get_ref().as_table());
         let names = tables.flat_map(|table| keys.iter().filter_map(|key| value(table, key)?.get_ref().as_str()));
         // Programs of simulations that are no files are built in, and images of decals may be the model's.

@@ -1,4 +1,4 @@
-//! Surroundings of a stage.
+//! Reflection probes of a stage.
 
 use super::monitors::{update_of, whole};
 use super::table::{Source, Table};
@@ -11,7 +11,7 @@ use std::ops::Range;
 /// The largest side of a box.
 const SIZE_MAX_M: f32 = 1e6;
 
-/// An entry of `[[surroundings]]`.
+/// An entry of `[[reflection_probes]]`.
 #[derive(Clone, Debug)]
 pub(super) struct SurroundingsEntry {
     surroundings: Surroundings,
@@ -51,15 +51,15 @@ fn are_of_one_place(a: &Surroundings, b: &Surroundings) -> bool {
 impl SurroundingsEntry {
     pub(super) fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
         let Some(own) = region(table, ["center", "size_m"])? else {
-            let message = "surroundings need `center` and `size_m`: the box of those that have them";
+            let message = "a reflection probe needs `center` and `size_m`: the box whose surfaces reflect it";
             return Err(table.source.fault(table.range.clone(), message));
         };
-        let has_walls = table.boolean("walls").unwrap_or(true);
-        let walls = region(table, ["walls_center", "walls_size_m"])?;
+        let has_walls = table.boolean("parallax_correction").unwrap_or(true);
+        let walls = region(table, ["parallax_center", "parallax_size_m"])?;
         if let (false, Some(_)) = (has_walls, &walls) {
-            return Err(
-                table.fault("walls", "without walls they have no place; leave out `walls_center` and `walls_size_m`")
-            );
+            let message =
+                "without parallax correction there is no box for it; leave out `parallax_center` and `parallax_size_m`";
+            return Err(table.fault("parallax_correction", message));
         }
         let of_room = Surroundings::of_room(table.text("name").map_or("room".into(), |name| name.value), own);
         let surroundings = Surroundings {
@@ -92,7 +92,7 @@ impl SurroundingsEntry {
             return Ok(());
         }
         if scene.surroundings.len() == SURROUNDINGS_MAX {
-            let message = format!("there are more surroundings than {SURROUNDINGS_MAX}");
+            let message = format!("there are more reflection probes than {SURROUNDINGS_MAX}");
             return Err(source.fault(self.range.clone(), message));
         }
         scene.surroundings.push(self.surroundings.clone());

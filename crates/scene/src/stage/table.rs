@@ -2,6 +2,7 @@
 
 use super::keys::{StageKey, StageTable, StageType};
 use crate::colour::linear_from_srgb;
+use crate::renamed::{NameKind, current};
 use crate::{Diagnostic, spelling};
 use glam::{Vec2, Vec3};
 use std::fmt::Display;
@@ -84,15 +85,22 @@ impl<'s> Table<'s> {
         entries.sort_by_key(|(key, _)| key.span().start);
         let mut values = Vec::new();
         for (key, value) in entries {
-            let name: &str = key.get_ref();
+            let written: &str = key.get_ref();
+            let is_of_stage = declared.name.is_empty();
+            let kind = if is_of_stage { NameKind::StageTable } else { NameKind::StageKey(declared.name) };
+            let name = current(kind, written);
+            if name != written && super::value(table, name).is_some() {
+                let message =
+                    format!("`{written}` is an older name of `{name}`, which is here, too; write `{name}` alone");
+                return Err(source.fault(key.span(), message));
+            }
             if let Some(known) = declared.keys.iter().find(|known| known.name == name) {
                 let read = read(known, value.get_ref()).ok_or_else(|| refused(source, known, value))?;
                 values.push((known.name, Placed { value: read, range: value.span() }));
             } else if !beside.contains(&name) {
-                let place = if declared.name.is_empty() { "a stage" } else { declared.name };
+                let place = if is_of_stage { "a stage" } else { declared.name };
                 let known = declared.keys.iter().map(|known| known.name).chain(beside.iter().copied());
                 let fault = source.unknown(key.span(), format!("no key of {place} is called `{name}`"), name, known);
-                let is_of_stage = declared.name.is_empty();
                 return Err(if is_of_stage { Box::new(fault.note(SETTINGS_NOTE)) } else { fault });
             }
         }

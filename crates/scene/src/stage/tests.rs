@@ -401,6 +401,35 @@ fn a_million_lights_are_refused() {
 }
 
 #[test]
+fn older_names_are_read_and_told_of_but_not_beside_those_of_today() {
+    let box_of_probe = "center = [0, 1, 0]\nsize_m = [4, 2, 6]\n";
+    let parsed = |text: &str| Stage::parse("a.stage.toml", &format!("model = \"demo:gallery\"\n{text}"));
+    let used = |stage: &Stage| stage.older_names().iter().map(|renamed| renamed.older).collect::<Vec<_>>();
+    let stage = parsed(&format!("[[surroundings]]\n{box_of_probe}walls = false\n")).unwrap();
+    assert_eq!(used(&stage), ["surroundings", "walls"]);
+    let mut scene = Scene::default();
+    stage.apply(&mut scene).unwrap();
+    assert!(scene.surroundings[0].walls.is_none(), "the keys of both names are read");
+    // Of another table that is the name of today.
+    let simulation = "[[simulations]]\nname = \"a\"\nprogram = \"ripples\"\nwalls = [\"a\"]\n";
+    assert!(used(&parsed(simulation).unwrap()).is_empty());
+    for (text, expected) in [
+        (
+            format!("[[surroundings]]\n{box_of_probe}[[reflection_probes]]\n{box_of_probe}"),
+            "2:3: error: `surroundings` is an older name of `reflection_probes`, which is here, too",
+        ),
+        (
+            format!("[[reflection_probes]]\n{box_of_probe}walls = true\nparallax_correction = true\n"),
+            "5:1: error: `walls` is an older name of `parallax_correction`, which is here, too",
+        ),
+        ("[[surroundings]]\ncentre = 1\n".into(), "3:1: error: no key of reflection_probes is called `centre`"),
+    ] {
+        let error = parsed(&text).unwrap_err().to_string();
+        assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
+    }
+}
+
+#[test]
 fn stages_are_known_by_their_names() {
     for (name, expected) in
         [("a.stage.toml", true), ("in/A b.Stage.TOML", true), ("a.toml", false), ("stage.toml", false)]

@@ -27,7 +27,7 @@ impl Case {
     /// The flags of the command line.
     pub fn arguments(&self) -> Vec<String> {
         // The page draws a frame at a time, in which no light can wait for its turn.
-        let mut arguments = vec!["--set".to_owned(), "shadows.turns=false".to_owned()];
+        let mut arguments = vec!["--set".to_owned(), "shadows.spread_over_samples=false".to_owned()];
         arguments.extend(self.all_settings().flat_map(|(key, value)| ["--set".to_owned(), format!("{key}={value}")]));
         if self.is_forward {
             arguments.extend(["--path", "forward"].map(String::from));

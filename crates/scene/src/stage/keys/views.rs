@@ -1,4 +1,4 @@
-//! The keys of what shows or lights the scene from other places: monitors, mirrors, portals, probes, surroundings.
+//! The keys of what shows or lights the scene from other places: monitors, mirrors, portals, probes, reflection probes.
 
 use super::{SHARE, StageTable, StageType, UV_SET, from, key, required};
 
@@ -172,28 +172,32 @@ pub(in crate::stage) const PROBES: StageTable = StageTable {
 };
 
 /// What stands for the environment within a box.
-pub(in crate::stage) const SURROUNDINGS: StageTable = StageTable {
-    name: "surroundings",
-    doc: "What is to be seen around a place, in place of the environment of the surfaces within a box: a room, or what is around a glossy thing.",
+pub(in crate::stage) const REFLECTION_PROBES: StageTable = StageTable {
+    name: "reflection_probes",
+    doc: "Six pictures around a place. They take the place of the environment for the surfaces within a box: a room, or what is around a glossy thing.",
     keys: &[
-        required("center", StageType::Vector, "The middle of the box of the surfaces that have them, in metres."),
+        required("center", StageType::Vector, "The middle of the box whose surfaces reflect it, in metres."),
         required("size_m", StageType::Vector, "Its extent along X, Y and Z, in metres."),
         key("fade_m", from(0.0), "Over how many metres within its faces the environment takes over; 0."),
-        key("position", StageType::Vector, "From where they are seen, in metres; `center`."),
+        key("position", StageType::Vector, "From where the pictures are taken, in metres; `center`."),
         key(
-            "walls",
+            "parallax_correction",
             StageType::Boolean,
-            "Whether what is seen are walls, in which reflections are shifted as the place of a surface says; true.",
+            "Whether reflections are shifted to where they meet the walls of a box, as rooms need it; true.",
         ),
         key(
             "bounces",
             StageType::Number { min: 1.0, is_above: false, max: 4.0 },
-            "How often they are captured, each time in the light of what was captured before; 2.",
+            "How often the pictures are taken, each time in the light of those before; 2.",
         ),
-        key("walls_center", StageType::Vector, "The middle of the box that the walls are, in metres; `center`."),
-        key("walls_size_m", StageType::Vector, "The extent of that box along X, Y and Z, in metres; `size_m`."),
+        key("parallax_center", StageType::Vector, "The middle of the box of those walls, in metres; `center`."),
+        key("parallax_size_m", StageType::Vector, "The extent of that box along X, Y and Z, in metres; `size_m`."),
         key("name", StageType::Text, "What it is called in reports; room."),
-        key("layers", StageType::Layers, "The layers that are seen, by number (`layers` of `[[nodes]]`); all."),
+        key(
+            "layers",
+            StageType::Layers,
+            "The layers that the pictures show, by number (`layers` of `[[nodes]]`); all.",
+        ),
         key(
             "update",
             StageType::Word(super::super::monitors::UPDATES),

@@ -1,4 +1,4 @@
-//! What shows or lights the scene from other places: monitors, mirrors, portals, probes, surroundings.
+//! What shows or lights the scene from other places: monitors, mirrors, portals, probes, reflection probes.
 
 use super::*;
 use crate::NodeId;
@@ -147,7 +147,7 @@ fn portals_have_two_ends() {
 }
 
 #[test]
-fn surroundings_are_boxes() {
+fn reflection_probes_are_boxes() {
     let applied = |text: &str| {
         let stage =
             Stage::parse("a.stage.toml", &format!("model = \"m.glb\"\n{text}")).map_err(|error| error.to_string())?;
@@ -156,8 +156,9 @@ fn surroundings_are_boxes() {
         Ok::<Scene, String>(scene)
     };
     let scene = applied(
-        "[[surroundings]]\nname = \"hall\"\ncenter = [0, 1, 0]\nsize_m = [4, 2, 6]\nupdate = \"once\"\n\
-         [[surroundings]]\ncenter = [9, 1, 0]\nsize_m = [1, 1, 1]\nposition = [9, 2, 0]\nwalls = false\nfade_m = 0.2\nlayers = [0]\n",
+        "[[reflection_probes]]\nname = \"hall\"\ncenter = [0, 1, 0]\nsize_m = [4, 2, 6]\nupdate = \"once\"\n\
+         [[reflection_probes]]\ncenter = [9, 1, 0]\nsize_m = [1, 1, 1]\nposition = [9, 2, 0]\n\
+         parallax_correction = false\nfade_m = 0.2\nlayers = [0]\n",
     )
     .unwrap();
     let [hall, thing] = &scene.surroundings[..] else { panic!("{:?}", scene.surroundings) };
@@ -172,30 +173,31 @@ fn surroundings_are_boxes() {
         ("center = [0, 0, 0]\n", "2:1: error: `size_m` is missing"),
         ("center = [0, 0, 0]\nsize_m = [1, 0, 1]\n", "4:10: error: `size_m` has three lengths above 0"),
         (
-            "center = [0, 0, 0]\nsize_m = [1, 1, 1]\nwalls_center = [0, 0, 0]\n",
-            "5:16: error: a box has a middle and a size",
+            "center = [0, 0, 0]\nsize_m = [1, 1, 1]\nparallax_center = [0, 0, 0]\n",
+            "5:19: error: a box has a middle and a size",
         ),
         (
-            "center = [0, 0, 0]\nsize_m = [1, 1, 1]\nwalls = false\nwalls_center = [0, 0, 0]\nwalls_size_m = [1, 1, 1]\n",
-            "5:9: error: without walls they have no place",
+            "center = [0, 0, 0]\nsize_m = [1, 1, 1]\nparallax_correction = false\nparallax_center = [0, 0, 0]\n\
+             parallax_size_m = [1, 1, 1]\n",
+            "5:23: error: without parallax correction there is no box for it",
         ),
         (
             "center = [0, 0, 0]\nsize_m = [1, 1, 1]\nupdate = \"once\"\nevery = 3\n",
             "6:9: error: what is drawn once is not drawn every",
         ),
     ] {
-        let text = format!("[[surroundings]]\n{text}");
+        let text = format!("[[reflection_probes]]\n{text}");
         let error = applied(&text).expect_err(&text);
         assert!(error.starts_with(&format!("a.stage.toml:{expected}")), "{text}\n{error}");
     }
-    let many = "[[surroundings]]\ncenter = [0, 0, 0]\nsize_m = [1, 1, 1]\n".repeat(5);
-    assert!(applied(&many).expect_err("5").contains("there are more surroundings than 4"));
+    let many = "[[reflection_probes]]\ncenter = [0, 0, 0]\nsize_m = [1, 1, 1]\n".repeat(5);
+    assert!(applied(&many).expect_err("5").contains("there are more reflection probes than 4"));
 }
 
 #[test]
-fn surroundings_have_the_picture_of_their_place() {
+fn reflection_probes_have_the_picture_of_their_place() {
     use crate::surroundings::{Region, Surroundings};
-    let text = "model = \"m.glb\"\n[[surroundings]]\ncenter = [0, 1, 0]\nsize_m = [4, 2, 6]\nlayers = [0]\n";
+    let text = "model = \"m.glb\"\n[[reflection_probes]]\ncenter = [0, 1, 0]\nsize_m = [4, 2, 6]\nlayers = [0]\n";
     for (name, size_m, has_picture) in [("room", 4.0, true), ("room", 5.0, false), ("other", 4.0, false)] {
         let mut scene = model();
         let region = Region { center_world: Vec3::Y, half_m: Vec3::new(0.5 * size_m, 1.0, 3.0) };
