@@ -71,7 +71,9 @@ fn main() -> Result<()> {
 }
 
 fn manypass(arguments: &[&str]) -> Result<()> {
-    step::check(cargo(["run", "--profile", "demo", "-p", "manypass-cli", "--"]).args(arguments))
+    step::check(
+        cargo(["run", "--profile", "demo", "-p", "manypass-cli", "--no-default-features", "--"]).args(arguments),
+    )
 }
 
 /// The program of what needs more than `xtask` is linked with. It is built with all features that the workspace asks of
