@@ -1,6 +1,9 @@
 //! Composes every variant of every shader module with WESL, and integrates the directional albedo of GGX and of sheen.
+//! Cargo runs it after each change in `src`, because shaders lie beside Rust there and new ones must be found; it does
+//! something only if a shader, or the script itself, is another than the last time.
 
 use std::collections::BTreeSet;
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::{env, fmt::Write as _, fs, path::Path};
 use wesl::{CompileOptions, FileResolver, ManglerKind, Router, VirtualResolver, Wesl};
 
@@ -19,6 +22,31 @@ fn main() {
     println!("cargo::rerun-if-changed=build");
     println!("cargo::rerun-if-changed=src");
     let out = env::var("OUT_DIR").expect("cargo sets OUT_DIR");
+    let (stamp, inputs) = (Path::new(&out).join("inputs"), inputs(&out));
+    if fs::read_to_string(&stamp).is_ok_and(|last| last == inputs) {
+        return;
+    }
+    // What ends early leaves files of two versions behind.
+    let _ = fs::remove_file(&stamp);
+    write_all(&out);
+    fs::write(stamp, inputs).expect("the output folder is writable");
+}
+
+/// A number of all that the output depends on: the shaders, this program, which has the constants in it, and the folder
+/// `out`, whose name the list has.
+fn inputs(out: &str) -> String {
+    let mut hasher = DefaultHasher::new();
+    out.hash(&mut hasher);
+    let program = env::current_exe().and_then(|program| program.metadata()?.modified());
+    program.expect("this program is a file").hash(&mut hasher);
+    for shader in programs::shaders(Path::new("src")) {
+        shader.hash(&mut hasher);
+    }
+    format!("{:016x}", hasher.finish())
+}
+
+/// Writes every variant of every program, and their list.
+fn write_all(out: &str) {
     let mut list = String::from(
         "/// Every program: name, axes, and the WGSL of every variant.\npub const PROGRAMS: &[(&str, &[&str], &[&str])] = &[\n",
     );
@@ -41,7 +69,7 @@ fn main() {
             let names =
                 source.lines().filter_map(|line| line.trim_start().strip_prefix("override ")?.split(':').next());
             declared.extend(names.map(str::to_owned));
-            let file = Path::new(&out).join(format!("{name}_{variant}.wgsl"));
+            let file = Path::new(out).join(format!("{name}_{variant}.wgsl"));
             fs::write(&file, source).expect("the output folder is writable");
             let _ = writeln!(list, "        include_str!({:?}),", file.display().to_string());
         }
@@ -58,7 +86,7 @@ fn main() {
         "/// Scale and bias of f0, and the albedo of sheen, 32 by 32, over n·v and perceptual roughness.\npub const DIRECTIONAL_ALBEDO: [[f32; 3]; {}] = {table:?};",
         table.len()
     );
-    fs::write(Path::new(&out).join("programs.rs"), list).expect("the output folder is writable");
+    fs::write(Path::new(out).join("programs.rs"), list).expect("the output folder is writable");
 }
 
 /// Every declaration of the modules that `prelude.wgsl` imports, used or not; of constants only those which they need,

@@ -1,16 +1,12 @@
-//! Set-up, tests, the web package and the demo: `cargo xtask`.
+//! Set-up, demo, tests and goldens: `cargo xtask`. The web package, browser tests, bench and fidelity need more than
+//! anyone should wait for who wants the demo: they are in `xtask-tools`, which is built when one of them is asked for.
 
-mod bench;
-mod browser;
-mod fidelity;
 mod programs;
-mod setup;
-mod step;
-mod table;
-mod web;
 
 use anyhow::Result;
-use step::{Steps, cargo};
+use std::process::Command;
+use xtask::setup;
+use xtask::step::{self, Steps, cargo, root};
 
 const HELP: &str = "\
 cargo xtask COMMAND
@@ -39,13 +35,9 @@ fn main() -> Result<()> {
     let words: Vec<&str> = arguments.iter().map(String::as_str).collect();
     let mut steps = Steps::default();
     match words.as_slice() {
-        ["bench", .., "-h" | "--help"] => {
-            print!("{}", bench::HELP);
-            return Ok(());
-        }
-        ["fidelity", .., "-h" | "--help"] => {
-            print!("{}", fidelity::HELP);
-            return Ok(());
+        ["bench", ..] | ["fidelity", ..] | ["browser"] | ["web"] | ["web", "--fast"] => {
+            let status = tools(&words)?.status()?;
+            std::process::exit(status.code().unwrap_or(1));
         }
         [] | ["help" | "-h" | "--help", ..] | [_, "-h" | "--help"] => {
             print!("{HELP}");
@@ -61,29 +53,6 @@ fn main() -> Result<()> {
         }
         ["test"] => test(&mut steps, true),
         ["test", "--no-browser"] => test(&mut steps, false),
-        ["web"] => web_package(&mut steps, web::Size::Small, web::Warnings::Shown),
-        ["web", "--fast"] => web_package(&mut steps, web::Size::Fast, web::Warnings::Shown),
-        ["browser"] => browser_tests(&mut steps),
-        ["bench", options @ ..] => match bench::Options::parse(options) {
-            Ok(options) => {
-                steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
-                steps.run("bench", "14 min, and 4 min to build", || bench::run(&options));
-            }
-            Err(error) => {
-                eprintln!("error: {error}\nhint: cargo xtask bench --help lists tables and options");
-                std::process::exit(2);
-            }
-        },
-        ["fidelity", options @ ..] => match fidelity::Options::parse(options) {
-            Ok(options) => {
-                steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
-                steps.run("fidelity", "3 min, and 4 min to build", || fidelity::run(&options));
-            }
-            Err(error) => {
-                eprintln!("error: {error}\nhint: cargo xtask fidelity --help lists its options");
-                std::process::exit(2);
-            }
-        },
         ["goldens"] => steps.run("goldens", "3 min", || {
             step::check(cargo(["test", "--workspace", "golden"]).env("MANYPASS_GOLDENS", "write"))
         }),
@@ -102,21 +71,19 @@ fn main() -> Result<()> {
 }
 
 fn manypass(arguments: &[&str]) -> Result<()> {
-    step::check(cargo(["run", "--release", "-p", "manypass-cli", "--"]).args(arguments))
+    step::check(
+        cargo(["run", "--profile", "demo", "-p", "manypass-cli", "--no-default-features", "--"]).args(arguments),
+    )
 }
 
-fn web_package(steps: &mut Steps, size: web::Size, warnings: web::Warnings) {
-    steps.run("wasm target", "1 s; 2 min to install", || setup::wasm().map(drop));
-    steps.run("web package", "4 min", || web::build(size, warnings));
-}
-
-fn browser_tests(steps: &mut Steps) {
-    if !web::is_current() {
-        println!("there is no web package of these sources in target/web: it is built as by `cargo xtask web --fast`");
-        web_package(steps, web::Size::Fast, web::Warnings::Shown);
-    }
-    steps.run("browser", "1 s; 2 min to install", setup::browser);
-    steps.run_counted("browser tests", "3 min", browser::test);
+/// The program of what needs more than `xtask` is linked with. It is built with all features that the workspace asks of
+/// its dependencies, as for the tests: with those that it asks for alone, they would be compiled once more.
+fn tools(arguments: &[&str]) -> Result<Command> {
+    step::check(&mut cargo(["build", "--workspace", "--bin", "xtask-tools"]))?;
+    let program = format!("target/debug/xtask-tools{}", std::env::consts::EXE_SUFFIX);
+    let mut command = Command::new(root().join(program));
+    command.args(arguments);
+    Ok(command)
 }
 
 fn test(steps: &mut Steps, with_browser: bool) {
@@ -131,8 +98,10 @@ fn test(steps: &mut Steps, with_browser: bool) {
     });
     steps.run_counted("tests", "30 min", programs::test);
     if with_browser {
-        web_package(steps, web::Size::Small, web::Warnings::Refused);
-        browser_tests(steps);
+        match tools(&["test"]) {
+            Ok(mut command) => steps.run_program("web package and browser tests", &mut command),
+            Err(error) => steps.run("web package and browser tests", "1 s", || Err(error)),
+        }
     } else {
         // The web package and the browser tests.
         steps.leave_out();

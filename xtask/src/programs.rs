@@ -2,7 +2,6 @@
 //!
 //! Most of what they do has one thread, and `cargo test` runs one after the other.
 
-use crate::step::{Tally, cargo};
 use anyhow::{Context, Result, anyhow, ensure};
 use serde_json::Value;
 use std::{
@@ -12,6 +11,7 @@ use std::{
     process::{Command, Stdio},
     sync::{Mutex, PoisonError},
 };
+use xtask::step::{Tally, cargo};
 
 /// The package whose programs run two at a time. Others measure how long the program takes and what it holds.
 const BESIDE_EACH_OTHER: &str = "crates/render/";

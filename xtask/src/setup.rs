@@ -5,17 +5,22 @@ use anyhow::{Context, Result, bail};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-pub(crate) const WASM_TARGET: &str = "wasm32-unknown-unknown";
+/// The target of the web package.
+pub const WASM_TARGET: &str = "wasm32-unknown-unknown";
 
 /// Which compiler builds for the web.
-pub(crate) enum WasmCompiler {
+pub enum WasmCompiler {
     /// The current toolchain has the target.
     Rustup,
     /// Debian's `rustc-web`, which builds the standard library too.
     Debian,
 }
 
-pub(crate) fn vulkan() -> Result<()> {
+/// A Vulkan driver, on Linux.
+///
+/// # Errors
+/// There is none, and none can be installed.
+pub fn vulkan() -> Result<()> {
     if cfg!(not(target_os = "linux")) {
         return Ok(());
     }
@@ -30,7 +35,11 @@ pub(crate) fn vulkan() -> Result<()> {
         .context("no Vulkan driver: install Mesa's Vulkan drivers (lavapipe needs no GPU)")
 }
 
-pub(crate) fn wasm() -> Result<WasmCompiler> {
+/// A compiler for the web.
+///
+/// # Errors
+/// There is none, and none can be installed.
+pub fn wasm() -> Result<WasmCompiler> {
     if std::env::var_os("MANYPASS_WASM").is_some_and(|value| value == "debian") {
         return debian_wasm();
     }
@@ -60,7 +69,10 @@ fn debian_wasm() -> Result<WasmCompiler> {
 }
 
 /// Chromium, node and playwright-core. The latter drives a Chromium that is there and downloads none.
-pub(crate) fn browser() -> Result<()> {
+///
+/// # Errors
+/// One of them is not there and cannot be installed.
+pub fn browser() -> Result<()> {
     if chromium().is_none() {
         apt_install(&["chromium"]).context("no browser: install Chromium, or set CHROMIUM to its path")?;
     }
@@ -80,7 +92,10 @@ pub(crate) fn browser() -> Result<()> {
 
 /// NumPy, OpenEXR and Pillow in an environment of their own, `target/python`, for the Python of the documentation.
 /// Without them its tests are skipped, and say so.
-pub(crate) fn python() -> Result<()> {
+///
+/// # Errors
+/// None: it is said where they cannot be installed.
+pub fn python() -> Result<()> {
     let folder = root().join("target/python");
     let has_modules =
         || output_of(Command::new(folder.join("bin/python")).args(["-c", "import numpy, OpenEXR, PIL"])).is_some();
@@ -105,7 +120,7 @@ const LLVM: &str = "/usr/lib/x86_64-linux-gnu/libLLVM.so.19.1";
 
 /// Lets Mitsuba know of a libLLVM that is new enough: 15, which Mesa brings on Debian 12, lacks instructions that it
 /// needs.
-pub(crate) fn with_llvm(command: &mut Command) -> &mut Command {
+pub fn with_llvm(command: &mut Command) -> &mut Command {
     match std::env::var_os("DRJIT_LIBLLVM_PATH") {
         None if Path::new(LLVM).is_file() => command.env("DRJIT_LIBLLVM_PATH", LLVM),
         _ => command,
@@ -113,7 +128,10 @@ pub(crate) fn with_llvm(command: &mut Command) -> &mut Command {
 }
 
 /// The interpreter of an environment of its own, `target/mitsuba`, with Mitsuba 3.
-pub(crate) fn mitsuba() -> Result<PathBuf> {
+///
+/// # Errors
+/// It cannot be installed, or finds no LLVM that is new enough.
+pub fn mitsuba() -> Result<PathBuf> {
     let folder = root().join("target/mitsuba");
     let python = folder.join("bin/python");
     let has_modules = || output_of(Command::new(&python).args(["-c", "import numpy, mitsuba"])).is_some();
@@ -133,7 +151,7 @@ pub(crate) fn mitsuba() -> Result<PathBuf> {
 }
 
 /// The browser to test with: `CHROMIUM`, else the first known name on the path.
-pub(crate) fn chromium() -> Option<String> {
+pub fn chromium() -> Option<String> {
     let named = std::env::var("CHROMIUM").ok();
     let known = ["chromium", "chromium-browser", "google-chrome"].map(str::to_owned);
     let path = std::env::var_os("PATH")?;

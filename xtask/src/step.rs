@@ -1,21 +1,28 @@
 //! Steps with a name, an estimate and a time; and running programs.
 
-use anyhow::{Context, Result, bail};
-use manypass_testkit::{compare::Picture, needs};
-use serde_json::Value;
+use anyhow::{Context, Result, bail, ensure};
 use std::{
     ffi::OsStr,
+    io::{BufRead, BufReader},
     path::{Path, PathBuf},
     process::{Command, Stdio},
-    sync::{Mutex, PoisonError},
     time::Instant,
 };
 
+/// What the line of a skipped test begins with: `needs::SKIPPED` of the testkit, which needs too much to depend on it.
+const SKIPPED: &str = "SKIPPED";
+
+/// How the line begins that names the steps that failed.
+const FAILED: &str = "failed: ";
+
 /// What became of tests and steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(crate) struct Tally {
+pub struct Tally {
+    /// How many passed.
     pub passed: i64,
+    /// How many failed.
     pub failed: i64,
+    /// How many were left out.
     pub skipped: i64,
 }
 
@@ -43,21 +50,35 @@ impl Tally {
             self.passed += number_before("passed");
             self.failed += number_before("failed");
             self.skipped += number_before("ignored");
-        } else if line.contains(needs::SKIPPED) {
+        } else if line.contains(SKIPPED) {
             self.passed -= 1;
             self.skipped += 1;
         }
     }
+
+    /// The last line of [`Steps::finish`].
+    fn summary(self) -> String {
+        let Self { passed, failed, skipped } = self;
+        format!("{passed} passed, {failed} failed, {skipped} skipped")
+    }
+
+    /// What a line such as that of [`Self::summary`] says.
+    fn of_summary(line: &str) -> Option<Self> {
+        let words: Vec<&str> = line.split_whitespace().collect();
+        let [passed, "passed,", failed, "failed,", skipped, "skipped"] = words[..] else { return None };
+        Some(Self { passed: passed.parse().ok()?, failed: failed.parse().ok()?, skipped: skipped.parse().ok()? })
+    }
 }
 
 /// Counts what passed, what failed and what was skipped.
-#[derive(Default)]
-pub(crate) struct Steps {
+#[derive(Debug, Default)]
+pub struct Steps {
     sum: Tally,
     failures: Vec<String>,
 }
 
 impl Steps {
+    /// Runs a step, and says its name, about how long it takes, and how long it took.
     pub fn run(&mut self, name: &str, estimate: &str, action: impl FnOnce() -> Result<()>) {
         self.run_counted(name, estimate, || action().map(|()| Tally::step_without(0)));
     }
@@ -83,14 +104,46 @@ impl Steps {
         println!("<== {name}: {verdict} in {:.1} s", start.elapsed().as_secs_f64());
     }
 
+    /// Runs a program whose steps are counted among these: it ends with [`Steps::finish`].
+    pub fn run_program(&mut self, name: &str, command: &mut Command) {
+        if let Err(error) = self.follow(command) {
+            eprintln!("error: {name}: {error:#}");
+            self.sum.failed += 1;
+            self.failures.push(name.to_owned());
+        }
+    }
+
+    /// Prints what a program prints but for its summary, which is added.
+    fn follow(&mut self, command: &mut Command) -> Result<()> {
+        let mut child = command.stdout(Stdio::piped()).spawn().with_context(|| format!("starting {command:?}"))?;
+        let mut summary = None;
+        for line in BufReader::new(child.stdout.take().context("no output to read")?).lines() {
+            let line = line?;
+            if let Some(tally) = Tally::of_summary(&line) {
+                summary = Some(tally);
+            } else if let Some(names) = line.strip_prefix(FAILED) {
+                self.failures.push(names.to_owned());
+            } else {
+                println!("{line}");
+            }
+        }
+        let status = child.wait()?;
+        let summary = summary.with_context(|| format!("{command:?} ended with {status} and no summary"))?;
+        self.sum.add(summary);
+        ensure!(status.success() || summary.failed > 0, "{command:?} ended with {status}");
+        Ok(())
+    }
+
     /// Prints the summary; exits with 1 if anything failed.
+    ///
+    /// # Errors
+    /// None; it is what `main` returns.
     pub fn finish(self) -> Result<()> {
         if !self.failures.is_empty() {
-            println!("\nfailed: {}", self.failures.join(", "));
+            println!("\n{FAILED}{}", self.failures.join(", "));
         }
-        let Tally { passed, failed, skipped } = self.sum;
-        println!("\n{passed} passed, {failed} failed, {skipped} skipped");
-        if failed > 0 {
+        println!("\n{}", self.sum.summary());
+        if self.sum.failed > 0 {
             std::process::exit(1);
         }
         Ok(())
@@ -98,39 +151,22 @@ impl Steps {
 }
 
 /// The repository's root.
-pub(crate) fn root() -> PathBuf {
+pub fn root() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).parent().map(Path::to_owned).unwrap_or_default()
 }
 
-/// A picture file in memory.
-pub(crate) fn open_picture(path: &Path) -> Result<Picture> {
-    let image = image::open(path).with_context(|| format!("reading {}", path.display()))?.to_rgba8();
-    Ok(Picture::from_rgba8(image.width() as usize, image.height() as usize, image.as_raw()))
-}
-
 /// `cargo` in the repository's root.
-pub(crate) fn cargo<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Command {
+pub fn cargo<S: AsRef<OsStr>>(arguments: impl IntoIterator<Item = S>) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments).current_dir(root());
     command
 }
 
-/// The program as the tests have it, in the repository's root. Built for itself it would have other features of its
-/// dependencies, and compile them once more.
-pub(crate) fn program() -> Result<Command> {
-    static IS_BUILT: Mutex<bool> = Mutex::new(false);
-    let mut is_built = IS_BUILT.lock().unwrap_or_else(PoisonError::into_inner);
-    if !*is_built {
-        check(&mut cargo(["test", "--quiet", "--workspace", "--no-run", "--test", "usage"]))?;
-        *is_built = true;
-    }
-    let mut command = Command::new(root().join("target/debug/manypass"));
-    command.current_dir(root());
-    Ok(command)
-}
-
 /// Runs a program to its end.
-pub(crate) fn check(command: &mut Command) -> Result<()> {
+///
+/// # Errors
+/// It could not be started, or ended badly.
+pub fn check(command: &mut Command) -> Result<()> {
     let status = command.status().with_context(|| format!("starting {command:?}"))?;
     if !status.success() {
         bail!("{command:?} ended with {status}");
@@ -139,29 +175,38 @@ pub(crate) fn check(command: &mut Command) -> Result<()> {
 }
 
 /// What a program writes to standard output, if it ran and succeeded.
-pub(crate) fn output_of(command: &mut Command) -> Option<String> {
+pub fn output_of(command: &mut Command) -> Option<String> {
     let output = command.stderr(Stdio::null()).output().ok().filter(|output| output.status.success())?;
     String::from_utf8(output.stdout).ok()
 }
 
-/// The last line of a program's output that is a JSON object.
-pub(crate) fn last_json(command: &mut Command) -> Result<Value> {
-    let output = command.env("RUST_LOG", "off").output().with_context(|| format!("starting {command:?}"))?;
-    if !output.status.success() {
-        let said = String::from_utf8_lossy(&output.stderr);
-        // A hint may follow the error, and the driver's words may come before it.
-        let error = said.lines().rfind(|line| line.starts_with("error")).unwrap_or(&said);
-        bail!("{command:?} ended with {}: {}", output.status, error.trim());
-    }
-    let text = String::from_utf8_lossy(&output.stdout);
-    let line = text.lines().rev().find(|line| line.starts_with('{'));
-    let line = line.with_context(|| format!("{command:?} printed no JSON"))?;
-    serde_json::from_str(line).with_context(|| format!("{command:?} printed no JSON"))
-}
-
 #[cfg(test)]
 mod tests {
-    use super::Tally;
+    use super::*;
+
+    #[test]
+    fn the_mark_of_skipped_tests_is_that_of_the_testkit() {
+        assert_eq!(SKIPPED, manypass_testkit::needs::SKIPPED);
+    }
+
+    #[test]
+    fn the_steps_of_a_program_are_counted() {
+        let tally = Tally { passed: 4, failed: 1, skipped: 2 };
+        assert_eq!(Tally::of_summary(&tally.summary()), Some(tally));
+        assert_eq!(Tally::of_summary("4 passed, 1 failed"), None);
+        let program = |script: &str| {
+            let mut steps = Steps::default();
+            steps.run_program("a program", Command::new("sh").args(["-c", script]));
+            (steps.sum, steps.failures)
+        };
+        let good = program("echo; echo 4 passed, 0 failed, 2 skipped");
+        assert_eq!(good, (Tally { passed: 4, failed: 0, skipped: 2 }, vec![]));
+        let bad = program("echo failed: a step; echo 4 passed, 1 failed, 2 skipped; exit 1");
+        assert_eq!(bad, (tally, vec!["a step".to_owned()]));
+        let broken = (Tally { failed: 1, ..Tally::default() }, vec!["a program".to_owned()]);
+        assert_eq!(program("exit 0"), broken);
+        assert_eq!(program("exit 2"), broken);
+    }
 
     #[test]
     fn skipped_tests_do_not_count_as_passed() {

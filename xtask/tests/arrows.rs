@@ -20,7 +20,8 @@ const ARROWS: &[(&str, &[&str], &[&str])] = &[
     ("manypass-viewer", &["manypass", "manypass-scene"], &["manypass-testkit"]),
     ("manypass-web", &["manypass", "manypass-scene"], &[]),
     ("manypass-testkit", &["manypass-flip", "manypass-scene"], &[]),
-    ("xtask", &["manypass-testkit"], &[]),
+    ("xtask", &[], &["manypass-testkit"]),
+    ("xtask-tools", &["manypass-testkit", "xtask"], &[]),
 ];
 
 /// What must not be among all that a crate is linked with.
@@ -32,6 +33,8 @@ const ABSENT: &[(&str, &[&str])] = &[
     ("manypass", &["winit", "clap", "anyhow", "wesl"]),
     ("manypass-offline", &["clap", "anyhow", "winit"]),
     ("manypass-web", &["clap", "anyhow", "manypass-offline"]),
+    // Whoever runs the demo waits for `xtask`'s own build first.
+    ("xtask", &["manypass-testkit", "manypass-scene", "image", "wasm-bindgen-cli-support"]),
 ];
 
 /// Licences that ask for no more than a notice, by their SPDX names.

@@ -170,7 +170,7 @@ fn the_readme_is_short_and_its_claims_are_those_of_the_table_of_support() {
 
 #[test]
 fn every_feature_names_tests_that_are_there() {
-    let cases = |name: &str| std::fs::read_to_string(root().join("xtask/src/browser").join(name)).expect(name);
+    let cases = |name: &str| std::fs::read_to_string(root().join("xtask/tools/src/browser").join(name)).expect(name);
     let known = cases("cases.rs") + &cases("cases/told.rs");
     let text = &all()["docs/support.md"];
     let (mut features, mut files) = (0, 0);

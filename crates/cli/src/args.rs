@@ -1,5 +1,6 @@
 //! The command line as it is typed. [`crate::job`] makes sense of it.
 
+#[cfg(feature = "bake")]
 use crate::bake::BakeArgs;
 use crate::diff::DiffArgs;
 use clap::builder::PossibleValuesParser;
@@ -81,6 +82,7 @@ pub enum Command {
     #[command(after_help = crate::diff::EXAMPLES)]
     Diff(Box<DiffArgs>),
     /// Compute light beforehand: a glTF file with light maps, which is drawn with the light that surfaces send each other.
+    #[cfg(feature = "bake")]
     #[command(after_help = crate::bake::EXAMPLES)]
     Bake(Box<BakeArgs>),
     /// Measure milliseconds per frame: with the file's camera and lights alone, without environment and tone curve.

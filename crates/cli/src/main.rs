@@ -5,6 +5,7 @@
 
 mod ahead;
 mod args;
+#[cfg(feature = "bake")]
 mod bake;
 mod bench;
 mod camera;

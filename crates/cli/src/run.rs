@@ -2,7 +2,7 @@
 
 use crate::args::{Cli, Command};
 use crate::failure::Failure;
-use crate::{bake, bench, diff, graph, inspect, render, session, settings};
+use crate::{bench, diff, graph, inspect, render, session, settings};
 use clap::CommandFactory;
 use std::time::Instant;
 
@@ -16,7 +16,8 @@ pub fn run(command: &Command, started: Instant) -> Result<(), Failure> {
         Command::Info { input, scene, json } => inspect::info(input, scene.as_deref(), *json),
         Command::Graph(args) => graph::graph(args),
         Command::Diff(args) => diff::diff(args),
-        Command::Bake(args) => bake::bake(args, started),
+        #[cfg(feature = "bake")]
+        Command::Bake(args) => crate::bake::bake(args, started),
         Command::Bench(args) => bench::bench(args, started),
         Command::Adapters { json } => inspect::adapters(*json),
         Command::Settings { stage_schema: true, .. } => settings::stage_schema(),

@@ -110,6 +110,15 @@ fn read(module: &str, line: &str) -> Option<Vec<Declared>> {
     Some(programs)
 }
 
+/// Module and text of every shader in `source`, in an order that does not depend on the file system.
+pub fn shaders(source: &Path) -> BTreeMap<String, String> {
+    let mut shaders = BTreeMap::new();
+    find(source, "package", &mut |module, text| {
+        shaders.insert(module.to_owned(), text.to_owned());
+    });
+    shaders
+}
+
 /// Gives module and text of every shader in `folder`, whose own module is `module`.
 fn find(folder: &Path, module: &str, give: &mut impl FnMut(&str, &str)) {
     for entry in fs::read_dir(folder).expect("the sources are there") {

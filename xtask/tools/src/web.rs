@@ -1,9 +1,6 @@
 //! Builds the web package.
 
-use crate::{
-    setup::{self, WASM_TARGET, WasmCompiler},
-    step::{cargo, output_of, root},
-};
+use crate::step::{cargo, output_of, root};
 use anyhow::{Context, Result, ensure};
 use std::{
     io::{BufRead, BufReader, IsTerminal},
@@ -11,6 +8,7 @@ use std::{
     process::{Command, Stdio},
     time::SystemTime,
 };
+use xtask::setup::{self, WASM_TARGET, WasmCompiler};
 
 /// How the module is compiled.
 #[derive(Clone, Copy)]

@@ -6,15 +6,13 @@ mod made;
 mod turn;
 mod variables;
 
-use crate::{
-    setup,
-    step::{Tally, check, program, root},
-};
+use crate::step::{Tally, check, program, root};
 use anyhow::{Context, Result, anyhow, ensure};
 use cases::{CASES, Case, GROUPS};
 use manypass_testkit::needs;
 use serde_json::json;
 use std::{path::PathBuf, process::Command};
+use xtask::setup;
 
 /// Their names in the address of the page and in files.
 const BACKENDS: [&str; 2] = ["webgpu", "webgl"];

@@ -4,7 +4,6 @@ use super::Fidelity;
 use super::made::{self, Subject};
 use super::pictures::vector;
 use super::scenarios;
-use crate::setup;
 use crate::step::{check, last_json, root};
 use crate::table::median;
 use anyhow::{Context, Result, bail};
@@ -12,6 +11,7 @@ use manypass_testkit::needs;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::Command;
+use xtask::setup;
 
 /// The samples of a pixel, ours and Mitsuba's.
 const OUR_SAMPLES: &str = "64";
