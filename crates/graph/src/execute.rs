@@ -3,7 +3,7 @@
 use crate::graph::{ColorLoad, DepthLoad, Graph, Read, RunFn, Source, UseKind};
 use crate::part::Part;
 use crate::plan::{Plan, PlannedAttachment, PlannedPass, Target, is_mean, is_stored};
-use crate::pool::{Histories, MEMORYLESS, Pool, ViewKey, create_view};
+use crate::pool::{Histories, MEMORYLESS, Pool, imported_view, view_key};
 use crate::report::{PassTime, Run};
 use crate::tap::{self, Taps};
 use crate::times::Times;
@@ -171,6 +171,12 @@ impl Executor {
         textures.filter(|texture| !self.histories.hold(texture)).for_each(wgpu::Texture::destroy);
     }
 
+    /// Gives back the histories whose names, with those of their views, `is_gone` names: no frame asks for them any more.
+    /// [`Self::end_frame`] destroys their textures.
+    pub fn forget_histories(&mut self, is_gone: impl Fn(&str) -> bool) {
+        self.histories.forget(is_gone);
+    }
+
     /// Ends a frame, once the encoders of all of its runs are submitted: histories go on from what `run` wrote, and
     /// textures age by one frame. A frame that is not submitted does not end, and leaves histories as they are.
     ///
@@ -320,22 +326,6 @@ impl Executor {
         // Each has a slot, or comes from a view or a history that a pass of the plan uses, so none is left out.
         Resources { textures: textures.into_iter().flatten().collect(), views }
     }
-}
-
-/// How a use sees its texture.
-fn view_key(kind: UseKind, desc: &TextureDesc, part: Option<Part>) -> ViewKey {
-    let (dimension, aspect) = match kind {
-        UseKind::Sampled { dimension, .. } if desc.has_depth() => (dimension, wgpu::TextureAspect::DepthOnly),
-        UseKind::Sampled { dimension, .. } => (dimension, wgpu::TextureAspect::All),
-        _ => (None, wgpu::TextureAspect::All),
-    };
-    ViewKey { part, dimension, aspect }
-}
-
-/// The imported view itself serves wherever it can, because it may have another format than its texture.
-fn imported_view(view: &wgpu::TextureView, desc: &TextureDesc, key: ViewKey) -> wgpu::TextureView {
-    let is_whole = desc.subresources() == 1 || (key.part.is_none() && key.dimension.is_none());
-    if is_whole && key.aspect == wgpu::TextureAspect::All { view.clone() } else { create_view(view.texture(), key) }
 }
 
 /// What recording a run needs to know.

@@ -103,7 +103,9 @@ impl Renderer {
             .iter()
             .map(|asked| {
                 let kept = if next.is_run { self.views.remove(&asked.name) } else { None };
-                kept.unwrap_or_else(|| ViewState::new(&self.gpu))
+                let mut state = kept.unwrap_or_else(|| ViewState::new(&self.gpu));
+                state.is_within = asked.part.is_within();
+                state
             })
             .collect();
         for (asked, state) in asked.iter_mut().zip(&states) {
@@ -120,6 +122,7 @@ impl Renderer {
         }
         let Executed { plan, run, exports, legends } = executed?;
         if let Some(run) = run {
+            self.forget_gone_views(scene, &asked);
             self.fetch(run, &exports, &legends, purpose).await?;
             self.keep_environment().await?;
             if purpose.is_picture() {
