@@ -116,6 +116,7 @@ impl Renderer {
         let executed = self.execute(scene, (&asked, left_out), &mut states, next, purpose);
         if executed.is_err() {
             states.iter_mut().for_each(ViewState::forget_undrawn);
+            self.gpu.forget_refused();
         }
         if is_run {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
