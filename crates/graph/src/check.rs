@@ -58,7 +58,8 @@ fn check_size(graph: &Graph<'_>, index: u32, desc: &TextureDesc) -> Result<(), P
         && (1..=limit).contains(&desc.height)
         && (1..=MAX_LAYERS).contains(&desc.layers)
         && (1..=desc.max_mips()).contains(&desc.mips)
-        && matches!(desc.samples, 1 | 2 | 4 | 8 | 16);
+        && matches!(desc.samples, 1 | 2 | 4 | 8 | 16)
+        && (desc.samples == 1 || desc.subresources() == 1);
     if good {
         return Ok(());
     }
@@ -92,6 +93,7 @@ impl Checker<'_, '_> {
                 first.get_or_insert(used);
             }
             self.overlap(pass, used, &uses[..position])?;
+            self.one_depth(pass, used, &uses[..position])?;
             self.contents(index, pass, used)?;
         }
         if first.is_none() {
@@ -182,9 +184,29 @@ impl Checker<'_, '_> {
             }
             _ => None,
         };
-        let Some((how, remedy)) = fault else { return Ok(()) };
+        let names = || (pass.name.to_string(), self.name(used), self.writer(used));
+        if let Some((how, remedy)) = fault {
+            let (pass, texture, writer) = names();
+            return Err(PlanError::SampledLayers { pass, texture, writer, how, remedy });
+        }
+        let is_square = desc.width == desc.height;
+        match dimension {
+            Some(Dimension::Cube) if is_square && used.part.layers == 6 => Ok(()),
+            Some(Dimension::CubeArray) if is_square && used.part.layers.is_multiple_of(6) => Ok(()),
+            None | Some(Dimension::D2 | Dimension::D2Array) => Ok(()),
+            Some(dimension) => {
+                let (pass, texture, writer) = names();
+                let TextureDesc { width, height, layers, .. } = *desc;
+                Err(PlanError::WrongDimension { pass, texture, writer, dimension, width, height, layers })
+            }
+        }
+    }
+
+    fn one_depth(&self, pass: &PassNode<'_>, used: &Use, before: &[Use]) -> Result<(), PlanError> {
+        let is_depth = |used: &&Use| matches!(used.kind, UseKind::DepthStencil(_) | UseKind::DepthReadOnly);
+        let Some(other) = before.iter().find(is_depth).filter(|_| is_depth(&used)) else { return Ok(()) };
         let (pass, texture, writer) = (pass.name.to_string(), self.name(used), self.writer(used));
-        Err(PlanError::SampledLayers { pass, texture, writer, how, remedy })
+        Err(PlanError::DepthTwice { pass, texture, writer, other: self.name(other) })
     }
 
     fn attachment(&self, pass: &PassNode<'_>, used: &Use, first: Option<&Use>) -> Result<(), PlanError> {

@@ -47,13 +47,13 @@ impl TextureDesc {
             other => other.block_copy_size(None).unwrap_or(16),
         };
         let (block_width, block_height) = self.format.block_dimensions();
-        let blocks: u64 = (0..self.mips.min(32))
-            .map(|mip| {
-                let level = self.of_mip(mip);
-                u64::from(level.width.div_ceil(block_width)) * u64::from(level.height.div_ceil(block_height))
-            })
-            .sum();
-        blocks * u64::from(self.layers) * u64::from(self.samples) * u64::from(texel_bytes)
+        let levels = (0..self.mips.min(32)).map(|mip| self.of_mip(mip));
+        let blocks_of =
+            |level: Self| u64::from(level.width.div_ceil(block_width)) * u64::from(level.height.div_ceil(block_height));
+        // A shape that no adapter has is refused by the plan, and may have more bytes than a number.
+        let blocks = levels.map(blocks_of).fold(0, u64::saturating_add);
+        let counts = [self.layers, self.samples, texel_bytes];
+        counts.into_iter().fold(blocks, |bytes, count| bytes.saturating_mul(u64::from(count)))
     }
 
     pub(crate) fn has_depth(&self) -> bool {

@@ -111,7 +111,8 @@ pub enum PlanError {
     /// A size is zero or beyond the adapter.
     #[error(
         "texture `{texture}` (first used by {user}) is {width}x{height} with {layers} layers, {mips} mips, \
-         {samples} samples; sizes go from 1 to {limit}, layers to 256, mips down to one texel"
+         {samples} samples; sizes go from 1 to {limit}, layers to 256, mips down to one texel, and several samples have one \
+         mip of one layer"
     )]
     BadSize { texture: String, user: String, width: u32, height: u32, layers: u32, mips: u32, samples: u32, limit: u32 },
     /// A view outside its texture.
@@ -132,6 +133,31 @@ pub enum PlanError {
          error); {remedy}"
     )]
     SampledLayers { pass: String, texture: String, writer: String, how: &'static str, remedy: &'static str },
+    /// A texture is sampled through a view of a shape that it does not have.
+    #[error(
+        "pass `{pass}` samples `{texture}` ({writer}) as {dimension:?}, but it is {width}x{height} with {layers} layers; a \
+         cube has six square layers, and nothing has one or three dimensions"
+    )]
+    WrongDimension {
+        pass: String,
+        texture: String,
+        writer: String,
+        dimension: wgpu::TextureViewDimension,
+        width: u32,
+        height: u32,
+        layers: u32,
+    },
+    /// A pass has two depth-stencil targets.
+    #[error(
+        "pass `{pass}` attaches `{texture}` ({writer}) beside `{other}`; a pass has one depth-stencil target, split the pass"
+    )]
+    DepthTwice { pass: String, texture: String, writer: String, other: String },
+    /// A pass asked for a read of another pass while it was recorded.
+    #[error("pass `{pass}` looks at a read that it has not declared; call `Pass::read` in it")]
+    UndeclaredRead { pass: String },
+    /// A plan was to be run with another graph than its own.
+    #[error("the plan belongs to another graph; call `Graph::plan` on the graph that is run")]
+    ForeignPlan,
     /// A history has one version a frame.
     #[error("the history `{history}` is asked for twice in one frame; pass its handles on, or name the view")]
     HistoryTwice { history: String },

@@ -2,12 +2,13 @@
 
 use crate::graph::{ColorLoad, DepthLoad, Graph, Read, RunFn, Source, UseKind};
 use crate::part::Part;
-use crate::plan::{Plan, PlannedAttachment, PlannedPass, Target, is_mean, is_stored};
-use crate::pool::{Histories, MEMORYLESS, Pool, ViewKey, create_view};
+use crate::plan::{Plan, PlannedAttachment, PlannedPass, PlannedRead, Target, is_mean, is_stored};
+use crate::pool::{Histories, MEMORYLESS, Pool, imported_view, view_key};
 use crate::report::{PassTime, Run};
 use crate::tap::{self, Taps};
 use crate::times::Times;
-use crate::{Limits, TextureDesc};
+use crate::{Limits, PlanError, TextureDesc};
+use std::cell::Cell;
 
 /// What to measure and keep while running.
 #[derive(Clone, Copy, Debug, Default)]
@@ -47,21 +48,23 @@ pub struct PassContext<'a, 'pass> {
     name: &'a str,
     size: (u32, u32),
     graph: u32,
+    reads: &'a [PlannedRead],
     views: &'a [Option<wgpu::TextureView>],
+    /// Whether it asked for what it has not declared.
+    is_misused: &'a Cell<bool>,
 }
 
 impl PassContext<'_, '_> {
-    /// The view behind a declared read.
-    ///
-    /// # Panics
-    /// If the token was declared by a pass of another graph or by a pass that was
-    /// culled.
-    pub fn view(&self, read: Read) -> &wgpu::TextureView {
-        let view = self.views.get(read.use_index as usize);
-        match view.and_then(Option::as_ref) {
-            Some(view) if read.graph == self.graph => view,
-            _ => panic!("pass `{}` uses a read that it has not declared; call `Pass::read` in it", self.name),
+    /// The view behind a read that the pass has declared. Of another pass's there is none: draw nothing then, because
+    /// [`Executor::run`] gives an error.
+    pub fn view(&self, read: Read) -> Option<&wgpu::TextureView> {
+        let is_declared =
+            read.graph == self.graph && self.reads.iter().any(|declared| declared.use_index == read.use_index);
+        let view = self.views.get(read.use_index as usize).and_then(Option::as_ref).filter(|_| is_declared);
+        if view.is_none() {
+            self.is_misused.set(true);
         }
+        view
     }
 
     /// Width and height of the attachments in texels.
@@ -171,6 +174,12 @@ impl Executor {
         textures.filter(|texture| !self.histories.hold(texture)).for_each(wgpu::Texture::destroy);
     }
 
+    /// Gives back the histories whose names, with those of their views, `is_gone` names: no frame asks for them any more.
+    /// [`Self::end_frame`] destroys their textures.
+    pub fn forget_histories(&mut self, is_gone: impl Fn(&str) -> bool) {
+        self.histories.forget(is_gone);
+    }
+
     /// Ends a frame, once the encoders of all of its runs are submitted: histories go on from what `run` wrote, and
     /// textures age by one frame. A frame that is not submitted does not end, and leaves histories as they are.
     ///
@@ -212,19 +221,19 @@ impl Executor {
 
     /// Records a frame, or a part of one. Submit the encoder afterwards, and call [`Self::end_frame`] once a frame.
     ///
-    /// # Panics
-    /// If `plan` is not the plan of `graph`.
+    /// # Errors
+    /// `plan` is not the plan of `graph`, or a pass asks for a read that it has not declared. What was recorded by then
+    /// shall not be submitted.
     pub fn run(
         &mut self,
         graph: Graph<'_>,
         plan: &Plan,
         encoder: &mut wgpu::CommandEncoder,
         options: &RunOptions,
-    ) -> Run {
-        assert!(
-            plan.graph == graph.id,
-            "the plan belongs to another graph; call `Graph::plan` on the graph that is run"
-        );
+    ) -> Result<Run, PlanError> {
+        if plan.graph != graph.id {
+            return Err(PlanError::ForeignPlan);
+        }
         let resources = self.prepare(&graph, plan, options);
         let split = matches!(options.taps, Taps::All) || options.time != Timing::Off;
         let timed = self.times.begin(options.time, plan.passes.len());
@@ -267,7 +276,7 @@ impl Executor {
         }
         run.timestamps = self.times.end(encoder, options.time, timed, &run.passes);
         self.pool.end_run();
-        run
+        run.misuse.take().map_or(Ok(run), Err)
     }
 
     fn prepare(&mut self, graph: &Graph<'_>, plan: &Plan, options: &RunOptions) -> Resources {
@@ -320,22 +329,6 @@ impl Executor {
         // Each has a slot, or comes from a view or a history that a pass of the plan uses, so none is left out.
         Resources { textures: textures.into_iter().flatten().collect(), views }
     }
-}
-
-/// How a use sees its texture.
-fn view_key(kind: UseKind, desc: &TextureDesc, part: Option<Part>) -> ViewKey {
-    let (dimension, aspect) = match kind {
-        UseKind::Sampled { dimension, .. } if desc.has_depth() => (dimension, wgpu::TextureAspect::DepthOnly),
-        UseKind::Sampled { dimension, .. } => (dimension, wgpu::TextureAspect::All),
-        _ => (None, wgpu::TextureAspect::All),
-    };
-    ViewKey { part, dimension, aspect }
-}
-
-/// The imported view itself serves wherever it can, because it may have another format than its texture.
-fn imported_view(view: &wgpu::TextureView, desc: &TextureDesc, key: ViewKey) -> wgpu::TextureView {
-    let is_whole = desc.subresources() == 1 || (key.part.is_none() && key.dimension.is_none());
-    if is_whole && key.aspect == wgpu::TextureAspect::All { view.clone() } else { create_view(view.texture(), key) }
 }
 
 /// What recording a run needs to know.
@@ -431,6 +424,7 @@ impl Recorder<'_> {
                 if passes.len() > 1 {
                     render_pass.push_debug_group(&pass.name);
                 }
+                let is_misused = Cell::new(false);
                 closure(&mut PassContext {
                     render_pass: &mut render_pass,
                     device: &self.executor.device,
@@ -438,8 +432,13 @@ impl Recorder<'_> {
                     name: &pass.name,
                     size: pass.size,
                     graph: self.graph,
+                    reads: &pass.reads,
                     views: &self.resources.views,
+                    is_misused: &is_misused,
                 });
+                if is_misused.get() {
+                    run.misuse.get_or_insert(PlanError::UndeclaredRead { pass: pass.name.to_string() });
+                }
                 if passes.len() > 1 {
                     render_pass.pop_debug_group();
                 }

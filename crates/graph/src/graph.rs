@@ -286,9 +286,15 @@ impl<'frame> Graph<'frame> {
             });
             handle.part
         });
-        let whole = self.textures.get(handle.texture as usize).map_or(handle.desc, |texture| texture.desc);
+        let is_own = handle.graph == self.id;
+        if !is_own {
+            let texture = handle.name.to_string();
+            self.note_misuse(PlanError::ForeignHandle { pass: "a view".to_owned(), texture });
+        }
+        let known = self.textures.get(handle.texture as usize).filter(|_| is_own);
+        let whole = known.map_or(handle.desc, |texture| texture.desc);
         // A view is the one declaration that allocates its name.
-        let base = self.textures.get(handle.texture as usize).map_or("", |texture| &texture.name);
+        let base = known.map_or("", |texture| &texture.name);
         Handle {
             graph: handle.graph,
             texture: handle.texture,

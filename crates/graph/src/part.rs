@@ -63,7 +63,7 @@ impl Part {
         let range = |what: &str, first: u32, count: u32, of: u32| match count {
             _ if count == of => String::new(),
             1 => format!(".{what}{first}"),
-            _ => format!(".{what}s{first}-{}", first + count - 1),
+            _ => format!(".{what}s{first}-{}", (first + count).saturating_sub(1)),
         };
         let layers = range("layer", self.layer, self.layers, whole.layers);
         layers + &range("mip", self.mip, self.mips, whole.mips)

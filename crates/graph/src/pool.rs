@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use std::sync::Arc;
 
 use crate::TextureDesc;
-use crate::graph::HistoryNode;
+use crate::graph::{HistoryNode, UseKind};
 use crate::part::Part;
 
 /// Which view of a texture, and how.
@@ -29,6 +29,22 @@ pub(crate) fn create_view(texture: &wgpu::Texture, key: ViewKey) -> wgpu::Textur
         array_layer_count: key.part.map(|part| part.layers),
         ..Default::default()
     })
+}
+
+/// How a use sees its texture.
+pub(crate) fn view_key(kind: UseKind, desc: &TextureDesc, part: Option<Part>) -> ViewKey {
+    let (dimension, aspect) = match kind {
+        UseKind::Sampled { dimension, .. } if desc.has_depth() => (dimension, wgpu::TextureAspect::DepthOnly),
+        UseKind::Sampled { dimension, .. } => (dimension, wgpu::TextureAspect::All),
+        _ => (None, wgpu::TextureAspect::All),
+    };
+    ViewKey { part, dimension, aspect }
+}
+
+/// The imported view itself serves wherever it can, because it may have another format than its texture.
+pub(crate) fn imported_view(view: &wgpu::TextureView, desc: &TextureDesc, key: ViewKey) -> wgpu::TextureView {
+    let is_whole = desc.subresources() == 1 || (key.part.is_none() && key.dimension.is_none());
+    if is_whole && key.aspect == wgpu::TextureAspect::All { view.clone() } else { create_view(view.texture(), key) }
 }
 
 pub(crate) fn create_texture(
@@ -294,19 +310,29 @@ impl Histories {
     /// Ends a frame: histories that were long not asked for are given back.
     pub(crate) fn end_frame(&mut self) {
         let oldest_kept = self.frame.saturating_sub(KEPT_FRAMES);
-        if self.pairs.values().any(|pair| pair.last_frame < oldest_kept) {
-            let given_back = &mut self.given_back;
-            self.pairs.retain(|_, pair| {
-                let is_kept = pair.last_frame >= oldest_kept;
-                if !is_kept {
-                    given_back.extend(pair.textures.iter().cloned());
-                }
-                is_kept
-            });
-            let pairs = &self.pairs;
-            Arc::make_mut(&mut self.book).retain(|name, _| pairs.contains_key(name));
-        }
+        self.give_back(|_, pair| pair.last_frame < oldest_kept);
         self.frame += 1;
+    }
+
+    /// Gives back the histories of these names.
+    pub(crate) fn forget(&mut self, is_gone: impl Fn(&str) -> bool) {
+        self.give_back(|name, _| is_gone(name));
+    }
+
+    fn give_back(&mut self, is_gone: impl Fn(&str, &Pair) -> bool) {
+        if !self.pairs.iter().any(|(name, pair)| is_gone(name, pair)) {
+            return;
+        }
+        let given_back = &mut self.given_back;
+        self.pairs.retain(|name, pair| {
+            let is_kept = !is_gone(name, pair);
+            if !is_kept {
+                given_back.extend(pair.textures.iter().cloned());
+            }
+            is_kept
+        });
+        let pairs = &self.pairs;
+        Arc::make_mut(&mut self.book).retain(|name, _| pairs.contains_key(name));
     }
 
     /// How many textures were created so far.

@@ -4,6 +4,7 @@ use std::borrow::Cow;
 
 use serde::Serialize;
 
+use crate::PlanError;
 use crate::graph::Export;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::tap::copied_format;
@@ -26,6 +27,8 @@ pub struct Run {
     pub(crate) written: Vec<Cow<'static, str>>,
     #[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser cannot wait for what would be read"))]
     pub(crate) timestamps: Option<Timestamps>,
+    /// What the first pass did wrong that asked for what it has not declared.
+    pub(crate) misuse: Option<PlanError>,
     graph: u32,
 }
 
@@ -75,6 +78,7 @@ impl Run {
             exports: Vec::new(),
             written: Vec::new(),
             timestamps: None,
+            misuse: None,
             graph,
         }
     }

@@ -344,6 +344,50 @@ fn misuse_while_declaring() {
     let mut third = graph();
     third.pass("nothing").draw(|_| {});
     assert!(matches!(third.plan(), Err(PlanError::NoAttachment { .. })));
+
+    // Of a shape that is impossible, too, and has no number of bytes.
+    let shape = TextureDesc { layers: 0, mips: u32::MAX, ..desc(u32::MAX, F::Rgba32Float) };
+    assert_eq!((shape.bytes(), TextureDesc { layers: 9, ..shape }.bytes()), (0, u64::MAX));
+    let foreign = other.texture("foreign", shape);
+    let mut fourth = graph();
+    fourth.texture("own", desc(8, F::R32Float));
+    fourth.subview(&foreign, 0, u32::MAX);
+    assert!(fourth.plan().is_err());
+}
+
+#[test]
+fn depth_is_attached_once_and_cubes_have_six_square_sides() {
+    use wgpu::TextureViewDimension as D;
+    let mut first = graph();
+    let depths = ["near", "far"].map(|name| first.texture(name, desc(8, F::Depth32Float)));
+    let mut pass = first.pass("pass");
+    for depth in depths {
+        pass.depth_stencil(depth, CLEAR_DEPTH);
+    }
+    pass.draw(|_| {});
+    assert!(matches!(first.plan(), Err(PlanError::DepthTwice { .. })));
+
+    let flat = desc(8, F::R32Float);
+    let cases = [
+        (flat, D::Cube),
+        (flat, D::D3),
+        (TextureDesc { layers: 6, height: 4, ..flat }, D::Cube),
+        (TextureDesc { layers: 12, ..flat }, D::Cube),
+        (TextureDesc { layers: 4, ..flat }, D::CubeArray),
+    ];
+    for (shape, dimension) in cases {
+        let mut graph = graph();
+        let texture = graph.add_texture("texture".into(), shape, Source::Fake);
+        let target = graph.texture("target", flat);
+        let mut pass = graph.pass("pass");
+        pass.color(target, CLEAR);
+        pass.read_as(&texture, dimension);
+        let error = graph.plan().expect_err("no such view");
+        assert!(matches!(error, PlanError::WrongDimension { .. }), "{dimension:?} of {shape:?}: {error}");
+    }
+    let mut last = graph();
+    last.texture("samples", TextureDesc { samples: 4, mips: 2, ..flat });
+    assert!(matches!(last.plan(), Err(PlanError::BadSize { .. })));
 }
 
 #[test]

@@ -52,6 +52,8 @@ pub trait Effect: Debug + wgpu::WasmNotSendSync {
     /// in alpha. `gbuffer` is none on the forward path. At [`EffectStage::Display`] it is given display colours, linear
     /// and multiplied by alpha, and no `gbuffer`.
     ///
+    /// Whatever it does wrong with the graph is an error of the frame, which then changes nothing.
+    ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.
     fn record<'f>(

@@ -29,6 +29,7 @@ mod simulations;
 mod surroundings;
 mod temporal;
 mod variables;
+mod views;
 mod water;
 
 pub use reading::RenderedView;
@@ -90,6 +91,8 @@ pub struct Renderer {
     simulations: simulations::SimulationState,
     /// What every view keeps, by name; the only view of a frame has the empty name.
     views: BTreeMap<String, ViewState>,
+    /// What of the last frame's scene has views of its own within pictures.
+    captured: Vec<views::CapturedName>,
     stats: FrameStats,
     memory_budget_bytes: Option<u64>,
     cache: Option<Arc<dyn Cache>>,
@@ -186,6 +189,7 @@ impl Renderer {
             surroundings: surroundings::SurroundingsState::default(),
             simulations: simulations::SimulationState::default(),
             views: BTreeMap::new(),
+            captured: Vec::new(),
             stats: FrameStats::default(),
             memory_budget_bytes: None,
             cache: None,

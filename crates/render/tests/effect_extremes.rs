@@ -1,12 +1,14 @@
-//! Built-in effects at the ends of their settings, and chains longer than anyone's.
+//! Built-in effects at the ends of their settings, chains longer than anyone's, and effects in Rust that misuse the graph.
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
 mod common;
 
 use common::{built_in, plain_request, renderer};
+use manypass::graph::{ColorLoad, DepthLoad, Graph, Handle, Limits, TextureDesc};
 use manypass::settings::{Scalar, SettingType};
-use manypass::{Effect, EffectFile, FrameRequest, Pose, Renderer, SettingInfo, WgslEffect};
+use manypass::shader::ProgramError;
+use manypass::{Effect, EffectFile, FrameRequest, Gbuffer, Pose, Recorder, Renderer, SettingInfo, WgslEffect};
 use manypass_testkit::scenes;
 use std::sync::Arc;
 
@@ -114,4 +116,233 @@ fn a_hundred_effects_that_cannot_be_drawn_together_are_drawn_one_after_the_other
     let few = renderer.plan(&scene, &request).unwrap();
     assert_eq!(many.bytes().aliased, few.bytes().aliased);
     assert!(many.bytes().unaliased > 10 * few.bytes().unaliased, "{:?}", many.bytes());
+}
+
+/// What an effect records, given radiance.
+type Record = for<'r, 'f> fn(&mut Recorder<'r, 'f>, Handle) -> Result<Handle, ProgramError>;
+
+/// An effect that misuses the graph.
+struct Misuse(Record);
+
+impl std::fmt::Debug for Misuse {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("Misuse")
+    }
+}
+
+impl Effect for Misuse {
+    fn record<'f>(
+        &'f self,
+        r: &mut Recorder<'_, 'f>,
+        _: Option<&Gbuffer>,
+        radiance: Handle,
+    ) -> Result<Handle, ProgramError> {
+        (self.0)(r, radiance)
+    }
+}
+
+const CLEAR: ColorLoad = ColorLoad::Clear(wgpu::Color::BLACK);
+
+/// A texture of the shape of `radiance` that belongs to another frame.
+fn foreign(radiance: &Handle) -> Handle {
+    Graph::new(Limits::WEBGL2).texture("foreign", radiance.desc())
+}
+
+/// A pass that reads some textures and draws over another.
+fn pass(r: &mut Recorder<'_, '_>, reads: &[&Handle], target: Handle, load: ColorLoad) -> Handle {
+    let mut pass = r.graph.pass("misuse");
+    for read in reads {
+        pass.read(read);
+    }
+    let target = pass.color(target, load);
+    pass.draw(|_| {});
+    target
+}
+
+/// Draws a texture of this shape, and nothing with it.
+fn drawn_beside(r: &mut Recorder<'_, '_>, radiance: Handle, desc: TextureDesc) -> Result<Handle, ProgramError> {
+    let texture = r.texture_of("shape", desc);
+    let texture = pass(r, &[], texture, CLEAR);
+    Ok(pass(r, &[&texture], radiance, ColorLoad::Keep))
+}
+
+/// Radiance that a shader of the renderer's has copied, into a rectangle of a texture.
+fn copied(
+    r: &mut Recorder<'_, '_>,
+    radiance: &Handle,
+    desc: TextureDesc,
+    rectangle: [u32; 4],
+) -> Result<Handle, ProgramError> {
+    let target = r.texture_of("copied", desc);
+    let step = r.fullscreen("misuse", "scrub", &[]).read("radiance", radiance);
+    step.leave_out_settled().within(rectangle).draw_into(target, CLEAR)
+}
+
+/// What an effect may do wrong, and what the error says.
+const MISUSES: [(&str, &str, Record); 29] = [
+    ("reads a texture of another frame", "another graph", |r, radiance| {
+        let other = foreign(&radiance);
+        Ok(pass(r, &[&other], radiance, ColorLoad::Keep))
+    }),
+    ("draws into a texture of another frame", "another graph", |r, radiance| {
+        let other = foreign(&radiance);
+        Ok(pass(r, &[&radiance], other, CLEAR))
+    }),
+    ("looks at a mip of a texture of another frame", "another graph", |r, radiance| {
+        let other = foreign(&radiance);
+        r.graph.subview(&other, 0, 0);
+        Ok(radiance)
+    }),
+    ("exports a texture of another frame", "another graph", |r, radiance| {
+        let other = foreign(&radiance);
+        r.graph.export(other);
+        Ok(radiance)
+    }),
+    ("returns a texture of another frame", "another graph", |_, radiance| Ok(foreign(&radiance))),
+    ("puts another graph in the frame's place", "another graph", |r, radiance| {
+        *r.graph = Graph::new(Limits::WEBGL2);
+        Ok(radiance)
+    }),
+    ("draws into what it reads", "while it is attached", |r, radiance| {
+        let mut pass = r.graph.pass("misuse");
+        pass.read(&radiance);
+        let radiance = pass.color(radiance, ColorLoad::Keep);
+        pass.draw(|_| {});
+        Ok(radiance)
+    }),
+    ("attaches two depths", "one depth-stencil target", |r, radiance| {
+        let format = wgpu::TextureFormat::Depth32Float;
+        let depths = ["near", "far"].map(|name| r.texture(name, format));
+        let mut pass = r.graph.pass("misuse");
+        let radiance = pass.color(radiance, ColorLoad::Keep);
+        for depth in depths {
+            pass.depth_stencil(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
+        }
+        pass.draw(|_| {});
+        Ok(radiance)
+    }),
+    ("attaches colours as depth", "cannot be used as", |r, radiance| {
+        let mut pass = r.graph.pass("misuse");
+        let radiance = pass.depth_stencil(radiance, DepthLoad::Keep);
+        pass.draw(|_| {});
+        Ok(radiance)
+    }),
+    ("shades into depth", "cannot be used as", |r, radiance| {
+        let desc = TextureDesc { format: wgpu::TextureFormat::Depth32Float, ..radiance.desc() };
+        copied(r, &radiance, desc, [0, 0, 1, 1])?;
+        Ok(radiance)
+    }),
+    ("draws surfaces with colours for depth", "cannot be used as", |r, radiance| {
+        let mut pass = r.surfaces("misuse", "geometry");
+        pass.depth_read_only(&radiance);
+        pass.draw_opaque()?;
+        Ok(radiance)
+    }),
+    ("draws surfaces without depth", "given no depth", |r, radiance| {
+        r.surfaces("misuse", "geometry").draw_opaque()?;
+        Ok(radiance)
+    }),
+    ("draws a history of another size", "one size", |r, radiance| {
+        let history = r.history("misuse", TextureDesc::new_2d(8, 8, radiance.desc().format));
+        let mut pass = r.graph.pass("misuse");
+        let radiance = pass.color(radiance, ColorLoad::Keep);
+        pass.color(history.next, CLEAR);
+        pass.draw(|_| {});
+        Ok(radiance)
+    }),
+    ("asks for a history twice", "asked for twice", |r, radiance| {
+        r.history("misuse", radiance.desc());
+        r.history("misuse", TextureDesc::new_2d(8, 8, radiance.desc().format));
+        Ok(radiance)
+    }),
+    ("makes a texture without width", "sizes go from 1", |r, radiance| {
+        let desc = TextureDesc { width: 0, ..radiance.desc() };
+        drawn_beside(r, radiance, desc)
+    }),
+    ("makes a texture without layers", "sizes go from 1", |r, radiance| {
+        let desc = TextureDesc { layers: 0, ..radiance.desc() };
+        drawn_beside(r, radiance, desc)
+    }),
+    ("makes a texture beyond all sizes", "sizes go from 1", |r, radiance| {
+        let desc = TextureDesc { width: u32::MAX, height: u32::MAX, mips: u32::MAX, ..radiance.desc() };
+        drawn_beside(r, radiance, desc)
+    }),
+    ("shades three samples a texel", "sizes go from 1", |r, radiance| {
+        let desc = TextureDesc { samples: 3, ..radiance.desc() };
+        copied(r, &radiance, desc, [0, 0, 1, 1])?;
+        Ok(radiance)
+    }),
+    ("names a mip that there is not", "has no view of", |r, radiance| {
+        r.graph.subview(&radiance, u32::MAX, 0);
+        Ok(radiance)
+    }),
+    ("samples a flat texture as a cube", "as Cube", |r, radiance| {
+        let target = r.texture_of("target", radiance.desc());
+        let mut pass = r.graph.pass("misuse");
+        pass.read_as(&radiance, wgpu::TextureViewDimension::Cube);
+        let target = pass.color(target, CLEAR);
+        pass.draw(|_| {});
+        Ok(target)
+    }),
+    ("reads what nobody has written", "before anything writes it", |r, radiance| {
+        let empty = r.texture_of("empty", radiance.desc());
+        Ok(pass(r, &[&empty], radiance, ColorLoad::Keep))
+    }),
+    ("returns what nobody has written", "before anything writes it", |r, radiance| {
+        Ok(r.texture_of("empty", radiance.desc()))
+    }),
+    ("exports what nobody has written", "is exported, but", |r, radiance| {
+        let empty = r.texture_of("empty", radiance.desc());
+        r.graph.export(empty);
+        Ok(radiance)
+    }),
+    ("declares a pass without targets", "has no attachment", |r, radiance| {
+        r.graph.pass("misuse").draw(|_| {});
+        Ok(radiance)
+    }),
+    ("looks at what another pass reads", "has not declared", |r, radiance| {
+        let target = r.texture_of("target", radiance.desc());
+        let mut first = r.graph.pass("first");
+        let read = first.read(&radiance);
+        let target = first.color(target, CLEAR);
+        first.draw(|_| {});
+        let mut second = r.graph.pass("second");
+        let target = second.color(target, ColorLoad::Keep);
+        second.draw(move |context| assert!(context.view(read).is_none()));
+        Ok(target)
+    }),
+    ("returns another shape", "what it returns is", |r, radiance| {
+        let desc = TextureDesc::new_2d(8, 8, wgpu::TextureFormat::R8Unorm);
+        let texture = r.texture_of("small", desc);
+        let target = pass(r, &[&radiance], texture, CLEAR);
+        Ok(target)
+    }),
+    ("draws with a program that there is not", "no program", |r, radiance| {
+        r.fullscreen("misuse", "nothing", &[]).draw_into(radiance, ColorLoad::Keep)
+    }),
+    ("binds nothing", "which is not among", |r, radiance| {
+        let target = r.texture_of("target", radiance.desc());
+        r.fullscreen("misuse", "scrub", &[]).draw_into(target, CLEAR)
+    }),
+    ("draws beyond its target", "refused", |r, radiance| {
+        let desc = radiance.desc();
+        copied(r, &radiance, desc, [u32::MAX, 0, 10, 10])
+    }),
+];
+
+#[test]
+fn an_effect_that_misuses_the_graph_is_an_error_of_its_frame_alone() {
+    let scene = scenes::rows_of_spheres().scene;
+    let mut renderer = renderer();
+    renderer.load(&scene).unwrap();
+    let request = plain_request(&scene, (48, 32));
+    renderer.render(&scene, &request).unwrap();
+    let picture = renderer.read_display().unwrap();
+    for (what, expected, record) in MISUSES {
+        let misusing = FrameRequest { effects: vec![Arc::new(Misuse(record))], ..request.clone() };
+        let error = renderer.render(&scene, &misusing).expect_err(what).to_string();
+        assert!(error.contains(expected), "an effect that {what}: {error}");
+        renderer.render(&scene, &request).unwrap_or_else(|error| panic!("after an effect that {what}: {error}"));
+        assert!(renderer.read_display().unwrap() == picture, "another picture after an effect that {what}");
+    }
 }

@@ -39,7 +39,7 @@ impl Bench {
     fn run(&mut self, graph: Graph<'_>, options: &RunOptions<'_>) -> (Plan, Run) {
         let plan = graph.plan().expect("plans");
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
-        let run = self.executor.run(graph, &plan, &mut encoder, options);
+        let run = self.executor.run(graph, &plan, &mut encoder, options).expect("runs");
         self.gpu.queue.submit([encoder.finish()]);
         self.executor.end_frame(&run);
         (plan, run)
@@ -153,7 +153,7 @@ fn textures_age_once_a_frame_and_not_once_a_run() {
             graph.export(target);
             let plan = graph.plan().expect("plans");
             let mut encoder = bench.gpu.device.create_command_encoder(&Default::default());
-            last = Some(bench.executor.run(graph, &plan, &mut encoder, &RunOptions::default()));
+            last = bench.executor.run(graph, &plan, &mut encoder, &RunOptions::default()).ok();
             bench.gpu.queue.submit([encoder.finish()]);
         }
         bench.executor.end_frame(&last.expect("a run"));
@@ -171,7 +171,7 @@ fn a_frame_that_is_not_submitted_leaves_histories_as_they_are() {
     graph.pass("fog").color(history.next, fill(1.0));
     let plan = graph.plan().expect("plans");
     let mut encoder = bench.gpu.device.create_command_encoder(&Default::default());
-    bench.executor.run(graph, &plan, &mut encoder, &RunOptions::default());
+    bench.executor.run(graph, &plan, &mut encoder, &RunOptions::default()).expect("runs");
     drop(encoder);
     assert_eq!(bench.frame_of_histories(&[("", 8, 0.4)]), [Some(51)]);
 }

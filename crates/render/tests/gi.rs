@@ -296,7 +296,7 @@ fn a_slice_takes_as_many_steps_as_its_way_has_pixels() {
     load(&mut renderer, &scene);
     // Ways are cut off at half the height, 6.5 pixels, though the wall goes on there.
     let small = FrameRequest { width: 40, height: 13, ..request(&scene, 100.0) };
-    let [fewer, all, more, most] = [6, 7, 8, 64]
+    let [fewer, all, more, most] = [4, 8, 12, 64]
         .map(|steps| radiance(&mut renderer, &scene, &small.with(|settings| settings.gi.steps = steps), 1));
     assert!(all == more && all == most);
     assert!(all != fewer);

@@ -379,10 +379,59 @@ fn layers_of_parallax_are_as_many_as_the_steps_of_relief() {
     }
     // Aslant a line of sight passes over nineteen pixels, which ask for more layers than are allowed.
     let aslant = Vec3::new(0.0, 2.0, 2.0);
-    for (most, expected) in [(2, 1.0 / 2.0), (3, 2.0 / 3.0)] {
+    for (most, expected) in [(4, 2.0 / 4.0), (3, 2.0 / 4.0)] {
         let found = share_of_depth(aslant, (1, most));
         assert!((found - expected).abs() < 2e-3, "at most {most} layers: {found}, expected {expected}");
     }
     let free = share_of_depth(aslant, (1, default.steps_max));
     assert!(free > 0.55 && free < 0.702, "as many layers as texels ask for: {free}");
+}
+
+/// Lengths of loops, the most that each may be, and what they do nothing without.
+const LENGTHS: [(&str, u32, &[(&str, &str)]); 9] = [
+    ("occlusion.slices", 16, &[("occlusion.enabled", "true")]),
+    ("occlusion.steps", 32, &[("occlusion.enabled", "true")]),
+    ("occlusion.kernel", 256, &[("occlusion.enabled", "true"), ("occlusion.method", "ssao")]),
+    ("gi.slices", 16, &[("gi.enabled", "true")]),
+    ("gi.steps", 64, &[("gi.enabled", "true")]),
+    ("reflections.steps", 1024, &[("reflections.enabled", "true")]),
+    ("shadows.contact_steps", 64, &[("shadows.enabled", "true"), ("shadows.contact_m", "0.1")]),
+    ("relief.steps_min", 256, &[]),
+    ("relief.steps_max", 1024, &[]),
+];
+
+/// The lengths that the documentation of a setting says it is rounded up to.
+fn documented_lengths(key: &str) -> Vec<u32> {
+    let info = Settings::declared().iter().find(|info| info.key == key).unwrap();
+    let (_, rounded) = info.doc.split_once("ounded up to ").unwrap_or_else(|| panic!("{key}: {}", info.doc));
+    let (lengths, _) = rounded.split_once(", so that a slider makes few pipelines").unwrap();
+    lengths.split(|c: char| !c.is_ascii_digit()).filter_map(|length| length.parse().ok()).collect()
+}
+
+#[test]
+fn a_slider_of_a_loops_length_makes_at_most_eight_pipelines() {
+    let [sunlit, sunken] = [scenes::sun().scene, sunken(Vec3::new(0.0, 2.0, 2.0))];
+    let mut renderer = shared();
+    for (key, most, needs) in LENGTHS {
+        let scene = if key.starts_with("relief.") { &sunken } else { &sunlit };
+        renderer.unload();
+        renderer.load(scene).unwrap();
+        let request = plain_request(scene, (32, 24)).with(|settings| {
+            needs.iter().for_each(|(key, value)| settings.set(key, value).unwrap());
+        });
+        let mut made_by = |length: u32| {
+            let request = request.with(|settings| settings.set(key, &length.to_string()).unwrap());
+            renderer.render(scene, &request).unwrap();
+            renderer.stats().pipelines_made
+        };
+        let lengths = documented_lengths(key);
+        assert_eq!(lengths.last(), Some(&most), "{key}");
+        // All other pipelines of the frame, and those of one length.
+        made_by(most);
+        let made: u64 = lengths.iter().map(|length| made_by(*length)).sum();
+        println!("{key}: {made} pipelines of {lengths:?}");
+        assert!(made <= 7, "{key}: {made} pipelines beside that of the greatest length");
+        let others: u64 = (0..32).map(|step| made_by(1 + step * (most - 1) / 31)).sum();
+        assert_eq!(others, 0, "{key}: lengths beside {lengths:?}");
+    }
 }

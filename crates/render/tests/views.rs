@@ -6,9 +6,12 @@
 mod common;
 
 use common::{floats, inner_pixels, plain_request, renderer};
-use glam::{Mat4, Vec3};
-use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Path, RenderError, Renderer, WgslEffect};
-use manypass_scene::Projection;
+use glam::{Mat4, Quat, Vec3};
+use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Path, RenderError, Renderer, View, WgslEffect};
+use manypass_scene::capture::{Mirror, Monitor, MonitorCamera};
+use manypass_scene::{
+    Image, Material, Mesh, Node, Primitive, Projection, Sampler, Scene, Texture, TextureRef, primitives,
+};
 use manypass_testkit::compare::linear_difference;
 use manypass_testkit::raycast::Options;
 use manypass_testkit::scenes;
@@ -232,4 +235,69 @@ fn a_frame_like_the_last_one_makes_and_uploads_nothing() {
     renderer.render(&test.scene, &moved).unwrap();
     let stats = renderer.stats();
     assert!(stats.uploaded_bytes > 0 && stats.pipelines_made == 0, "{stats:?}");
+}
+
+/// A screen and a mirror beside each other, which face +Z; the screen shows what a camera sees that looks away.
+fn stage(screen: &str, mirror: &str) -> Scene {
+    let mut scene = scenes::one_light_on_one_plane().scene;
+    let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
+    let world_from_view = Mat4::from_translation(20.0 * Vec3::Z) * Mat4::from_rotation_y(std::f32::consts::PI);
+    let monitor = Monitor::new(MonitorCamera::Fixed { world_from_view, projection }, 32, 24);
+    scene.images.push(Image::of_monitor(screen, monitor));
+    scene.textures.push(Texture { image: scene.images.len() - 1, sampler: Sampler::default() });
+    let texture = TextureRef { texture: scene.textures.len() - 1, ..TextureRef::default() };
+    let glowing = Material { emissive_texture: Some(texture), emissive_factor: Vec3::ONE, ..Material::default() };
+    let smooth = Material { roughness_factor: 0.0, ..Material::default() };
+    let rotation = Quat::from_rotation_x(std::f32::consts::FRAC_PI_2);
+    for (material, x_m) in [(glowing, -2.0), (smooth, 2.0)] {
+        scene.materials.push(material);
+        let square = Primitive { material: Some(scene.materials.len() - 1), ..primitives::plane(1.0) };
+        scene.meshes.push(Mesh { primitives: vec![square], ..Mesh::default() }.into());
+        let (mesh, translation) = (Some(scene.meshes.len() - 1), x_m * Vec3::X);
+        let node = scene.add_node(None, Node { mesh, translation, rotation, ..Node::default() });
+        if x_m > 0.0 {
+            scene.mirrors.push(Mirror::new(mirror, node));
+        }
+    }
+    scene.update_transforms();
+    scene
+}
+
+#[test]
+fn views_of_former_scenes_are_forgotten_and_those_out_of_sight_are_not() {
+    let first = stage("screen", "mirror");
+    let plain = plain_request(&first, (48, 32)).with(|settings| settings.taa.enabled = true);
+    let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
+    let toward = View { world_from_view: Mat4::from_translation(10.0 * Vec3::Z), projection };
+    let away = View { world_from_view: toward.world_from_view * Mat4::from_rotation_y(2.0), projection };
+    let request = FrameRequest { camera: toward, goes_on: true, ..plain };
+    let looking_away = FrameRequest { camera: away, ..request.clone() };
+    let mut renderer = renderer();
+    let mut kept = Vec::new();
+    for turn in 0..50 {
+        let scene = stage(&format!("screen {turn}"), &format!("mirror {turn}"));
+        renderer.load(&scene).unwrap();
+        for request in [&request, &looking_away, &request] {
+            renderer.render(&scene, request).unwrap();
+            // The picture, what the screen shows, and what is behind the mirror.
+            assert_eq!(renderer.view_count(), 3, "stage {turn}");
+        }
+        assert_eq!(renderer.stats().captures, 2, "the camera sees both");
+        kept.push((renderer.view_bytes(), renderer.pool_bytes(), renderer.scene_bytes()));
+    }
+    println!("bytes of views, of passes and of the scene: {:?}", kept[9]);
+    let (views, passes, scene) = kept[9];
+    let grew = |(of_views, of_passes, of_scene): &(u64, u64, u64)| {
+        *of_views > views || *of_passes > passes || *of_scene > scene
+    };
+    assert!(views > 0 && !kept[9..].iter().any(grew), "{kept:?}");
+    // Without them there is the picture alone.
+    let mut plain = first;
+    plain.images.clear();
+    plain.textures.clear();
+    plain.materials.iter_mut().for_each(|material| material.emissive_texture = None);
+    plain.mirrors.clear();
+    renderer.load(&plain).unwrap();
+    renderer.render(&plain, &request).unwrap();
+    assert_eq!(renderer.view_count(), 1);
 }

@@ -173,8 +173,9 @@ pub fn bind_group(
         entries.push(wgpu::BindGroupEntry { binding: 0, resource: buffer.as_entire_binding() });
     }
     for (binding, read) in textures {
-        let resource = wgpu::BindingResource::TextureView(context.view(*read));
-        entries.push(wgpu::BindGroupEntry { binding: *binding, resource });
+        // A group that lacks what its pass has not declared is refused, as the frame is.
+        let Some(view) = context.view(*read) else { continue };
+        entries.push(wgpu::BindGroupEntry { binding: *binding, resource: wgpu::BindingResource::TextureView(view) });
     }
     let layout = pipeline.get_bind_group_layout(0);
     let descriptor = wgpu::BindGroupDescriptor { label: Some(context.name()), layout: &layout, entries: &entries };

@@ -53,7 +53,7 @@ impl Shot {
             let export = layout.declare(&mut graph, self.size);
             let plan = graph.plan()?;
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            let run = executor.run(graph, &plan, &mut encoder, &RunOptions::default());
+            let run = executor.run(graph, &plan, &mut encoder, &RunOptions::default())?;
             gpu.queue.submit([encoder.finish()]);
             executor.end_frame(&run);
             gpu.wait();

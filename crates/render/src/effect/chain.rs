@@ -8,7 +8,7 @@ use crate::gbuffer::Gbuffer;
 use crate::passes::scrub;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
-use manypass_graph::Handle;
+use manypass_graph::{Handle, TextureDesc};
 use std::collections::HashMap;
 use std::sync::Arc;
 
@@ -59,7 +59,9 @@ pub(crate) fn record<'f>(
         // Functions of pixels are followed by the same.
         is_clean = is_of_pixel || first.wgsl().is_some_and(WgslEffect::is_built_in);
         let Some(effect) = first.wgsl() else {
+            let given = color.desc();
             color = first.record(r, of_frame.gbuffer, color)?;
+            check_returned(given, &color)?;
             rest = after;
             continue;
         };
@@ -76,6 +78,20 @@ pub(crate) fn record<'f>(
         rest = after;
     }
     Ok(color)
+}
+
+/// Checks that what an effect returns has the shape of what it was given: passes after it are made for that.
+fn check_returned(given: TextureDesc, returned: &Handle) -> Result<(), ProgramError> {
+    let desc = returned.desc();
+    if desc == given {
+        return Ok(());
+    }
+    let shape = |desc: TextureDesc| {
+        let TextureDesc { width, height, layers, mips, samples, format } = desc;
+        format!("{width} × {height} {format:?} ({layers} layers, {mips} mips, {samples} samples)")
+    };
+    let message = format!("what it returns is {}, and what it was given {}", shape(desc), shape(given));
+    Err(ProgramError::Misplaced { pass: returned.name().into(), message })
 }
 
 /// The first effects of a list that change pixels alone and fit one pass, each with what draws it.

@@ -191,6 +191,13 @@ impl Gpu {
         self.faults.0.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(Ok(()), Err)
     }
 
+    /// Forgets what the device refused for a frame that failed of something else, so that the next one is not blamed for
+    /// it. A device that is lost stays so.
+    pub(crate) fn forget_refused(&self) {
+        let mut fault = self.faults.0.lock().unwrap_or_else(PoisonError::into_inner);
+        fault.take_if(|fault| matches!(fault, GpuError::Refused(_)));
+    }
+
     /// A device without a window. Without a name a hardware adapter is preferred to a software one.
     ///
     /// # Errors

@@ -176,7 +176,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
 
     /// Draws `count` triangles in its place, which the program's own vertex stage places.
     pub fn triangles(mut self, count: u32) -> Self {
-        self.elements = (3 * count, 1);
+        self.elements = (count.saturating_mul(3), 1);
         self
     }
 
@@ -239,6 +239,9 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
 
     /// Declares the pass, which draws into textures of the shape `desc`, and into colours of `format`.
     fn draw(self, format: Option<wgpu::TextureFormat>, desc: TextureDesc) -> Result<(), ProgramError> {
+        if !is_drawable(format.as_slice(), self.depth.map(|depth| depth.format), desc.samples) {
+            return Ok(());
+        }
         let (pipeline, own) = match &self.shading {
             Shading::Program(name, axes) => {
                 let samples = desc.samples;
@@ -262,8 +265,9 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         };
         pass.count_draws(rectangles.as_ref().map_or(1, Vec::len));
         pass.draw(move |context| {
-            let resources = slots.into_iter().map(|slot| slot.resource(context));
-            let group = frame.bind_groups.of_program(context.device, &program, 1, resources.collect());
+            let resources: Option<Vec<_>> = slots.into_iter().map(|slot| slot.resource(context)).collect();
+            let Some(resources) = resources else { return };
+            let group = frame.bind_groups.of_program(context.device, &program, 1, resources);
             let render_pass = &mut *context.render_pass;
             render_pass.set_pipeline(&pipeline.pipeline);
             render_pass.set_bind_group(0, &view.group, &[]);
@@ -310,19 +314,30 @@ pub(super) enum Slot {
 }
 
 impl Slot {
-    /// What it is when the pass runs.
-    pub fn resource(self, context: &PassContext<'_, '_>) -> Resource {
+    /// What it is when the pass runs; nothing if that has not declared it, which is an error of the frame.
+    pub fn resource(self, context: &PassContext<'_, '_>) -> Option<Resource> {
         match self {
-            Self::Read(read) => Resource::Texture(context.view(read).clone()),
-            Self::Ready(resource) => resource,
+            Self::Read(read) => context.view(read).cloned().map(Resource::Texture),
+            Self::Ready(resource) => Some(resource),
         }
     }
+}
+
+/// Whether pipelines can draw into targets of these formats, of so many samples a texel. Where they cannot, the plan
+/// refuses the pass, and none is made: the device would refuse it in a later frame.
+pub(super) fn is_drawable(colors: &[wgpu::TextureFormat], depth: Option<wgpu::TextureFormat>, samples: u32) -> bool {
+    let is_color =
+        |format: &wgpu::TextureFormat| !format.is_depth_stencil_format() && format.target_pixel_byte_cost().is_some();
+    let is_depth = depth.is_none_or(|format| format.is_depth_stencil_format());
+    is_depth && colors.iter().all(is_color) && matches!(samples, 1 | 2 | 4 | 8 | 16)
 }
 
 /// What two rectangles have in common, if anything.
 fn intersection(a: Rectangle, b: Rectangle) -> Option<Rectangle> {
     let low = [a[0].max(b[0]), a[1].max(b[1])];
-    let high = [(a[0] + a[2]).min(b[0] + b[2]), (a[1] + a[3]).min(b[1] + b[3])];
+    let ends = |[x, y, width, height]: Rectangle| [x.saturating_add(width), y.saturating_add(height)];
+    let [[a_x, a_y], [b_x, b_y]] = [ends(a), ends(b)];
+    let high = [a_x.min(b_x), a_y.min(b_y)];
     (low[0] < high[0] && low[1] < high[1]).then(|| [low[0], low[1], high[0] - low[0], high[1] - low[1]])
 }
 
@@ -334,5 +349,6 @@ mod tests {
     fn what_two_rectangles_have_in_common() {
         assert_eq!(intersection([0, 0, 10, 10], [5, 6, 10, 2]), Some([5, 6, 5, 2]));
         assert_eq!(intersection([0, 0, 10, 10], [10, 0, 1, 1]), None);
+        assert_eq!(intersection([5, 0, u32::MAX, 10], [0, 0, 10, 10]), Some([5, 0, 5, 10]));
     }
 }

@@ -50,8 +50,10 @@ impl UniformArena {
     pub fn push<T: Pod>(&self, value: &T) -> Uniform {
         let value = bytemuck::bytes_of(value);
         let mut pages = self.pages.borrow_mut();
-        let fits = |page: &Page| page.bytes.len().next_multiple_of(self.alignment) + value.len() <= PAGE_BYTES;
-        if pages.get(self.current.get()).is_some_and(|page| !fits(page)) {
+        let fits = |page: &Page| {
+            (page.bytes.len().next_multiple_of(self.alignment) + value.len()) as u64 <= page.buffer.size()
+        };
+        while pages.get(self.current.get()).is_some_and(|page| !fits(page)) {
             self.current.set(self.current.get() + 1);
         }
         let index = self.current.get();

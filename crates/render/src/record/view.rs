@@ -278,6 +278,11 @@ impl ViewTables {
         written + rewritten + self.lights.write_changed(queue, first, lights)
     }
 
+    /// Bytes of the tables.
+    pub fn bytes(&self) -> u64 {
+        self.lights.bytes() + self.cluster_lights.bytes() + self.light_reaches.bytes()
+    }
+
     /// What shaders know of the shape of the textures of lights and lists.
     fn rows(&self) -> [f32; 4] {
         let [light_rows, list_rows] = [&self.lights, &self.cluster_lights].map(|table| table.rows() as f32);

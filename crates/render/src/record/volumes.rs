@@ -224,14 +224,15 @@ impl Fullscreen<'_, '_> {
         };
         pass.count_draws(steps.len());
         pass.draw(move |context| {
-            let groups: Vec<_> = steps
+            let groups: Option<Vec<_>> = steps
                 .into_iter()
                 .map(|(pipeline, slots, draw)| {
-                    let resources = slots.into_iter().map(|slot| slot.resource(context)).collect();
-                    let group = frame.bind_groups.of_program(context.device, &pipeline.program, 1, resources);
-                    (pipeline, group, draw)
+                    let resources: Option<Vec<_>> = slots.into_iter().map(|slot| slot.resource(context)).collect();
+                    let group = frame.bind_groups.of_program(context.device, &pipeline.program, 1, resources?);
+                    Some((pipeline, group, draw))
                 })
                 .collect();
+            let Some(groups) = groups else { return };
             let render_pass = &mut *context.render_pass;
             let Volumes { corners, indices, elements, .. } = frame.volumes;
             render_pass.set_bind_group(0, &view.group, &[]);

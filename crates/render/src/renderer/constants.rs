@@ -51,7 +51,7 @@ pub(super) fn constants_of(
         constants.push(("takes_one_tap", 1));
     }
     if settings.shadows.has_contact() {
-        constants.push(("contact_steps", settings.shadows.contact_steps));
+        constants.push(("contact_steps", settings.shadows.contact_length()));
     }
     if let Some(tiles) = tiles {
         let shows_picture = u32::from(matches!(settings.environment.source, Environment::File | Environment::Sky));

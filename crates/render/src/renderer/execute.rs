@@ -257,7 +257,7 @@ impl Renderer {
         let options = options_of(purpose);
         let missing_bytes = self.executor.missing_bytes(&plan, &options);
         check_budget(self.memory_budget_bytes, room.needed_bytes + missing_bytes)?;
-        let run = self.executor.run(graph, &plan, &mut encoder, &options);
+        let run = self.executor.run(graph, &plan, &mut encoder, &options)?;
         // Done before the frame, but recorded after it, so that frames with it and without it put their uniforms alike.
         let mut first = self.gpu.device.create_command_encoder(&Default::default());
         if let Some(view) = &shared_view {
@@ -376,7 +376,7 @@ fn draw_environments(
         let mut graph = executor.graph(limits);
         frame::environment_passes(&mut Recorder::new(&mut graph, frame, view), tiles, unfinished)?;
         let plan = graph.plan()?;
-        executor.run(graph, &plan, encoder, &RunOptions::default());
+        executor.run(graph, &plan, encoder, &RunOptions::default())?;
     }
     Ok(())
 }
@@ -393,7 +393,7 @@ fn draw_ground(
     let target = graph.import("ground.map", ground.map.texture(), ground.texture.clone());
     frame::ground_passes(&mut Recorder::new(&mut graph, frame, view), &ground.map, tiles, target)?;
     let plan = graph.plan()?;
-    executor.run(graph, &plan, encoder, &RunOptions::default());
+    executor.run(graph, &plan, encoder, &RunOptions::default())?;
     Ok(())
 }
 

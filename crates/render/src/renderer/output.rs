@@ -58,6 +58,8 @@ pub(super) struct Unsettled {
 /// What a view leaves for its next frame, and for whoever reads it.
 #[derive(Debug)]
 pub(super) struct ViewState {
+    /// Whether it is within a picture, such as what a monitor shows.
+    pub is_within: bool,
     pub tables: ViewTables,
     /// The lists of lights that `tables` hold.
     pub lists: Option<KeptLists>,
@@ -94,6 +96,7 @@ pub(super) struct ViewState {
 impl ViewState {
     pub fn new(gpu: &Gpu) -> Self {
         Self {
+            is_within: false,
             tables: ViewTables::new(gpu),
             lists: None,
             output: None,
@@ -119,6 +122,15 @@ impl ViewState {
         if let Some(output) = self.output.take_if(|output| !output.is_drawn) {
             output.destroy();
         }
+    }
+
+    /// Bytes of its textures.
+    pub fn bytes(&self) -> u64 {
+        let of_picture = self.output.iter().flat_map(Output::textures);
+        let textures = of_picture.chain(self.aovs.iter().flat_map(AovTextures::all));
+        let bytes =
+            |texture: &wgpu::Texture| TextureDesc::new_2d(texture.width(), texture.height(), texture.format()).bytes();
+        textures.map(bytes).sum::<u64>() + self.tables.bytes()
     }
 
     /// The texture that says which tiles are settled, if they were looked for.
@@ -316,10 +328,13 @@ impl Output {
     /// Frees the textures at once. Browsers free what is only dropped when they collect garbage, so that a window that is
     /// resized would pile up the textures of every size it had.
     pub fn destroy(self) {
-        let sums = [self.sums, self.radiance_sums, self.glow_sums, self.tint_sums].into_iter().flatten();
-        for kept in sums.chain(self.settling.into_iter().flatten()).chain([self.display]) {
-            kept.texture.destroy();
-        }
+        self.textures().for_each(wgpu::Texture::destroy);
+    }
+
+    /// All of its textures.
+    fn textures(&self) -> impl Iterator<Item = &wgpu::Texture> {
+        let sums = [&self.sums, &self.radiance_sums, &self.glow_sums, &self.tint_sums].into_iter().flatten();
+        sums.chain(self.settling.iter().flatten()).chain([&self.display]).map(|kept| &kept.texture)
     }
 
     /// What is kept of settled tiles, in a graph.

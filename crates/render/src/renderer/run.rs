@@ -103,7 +103,9 @@ impl Renderer {
             .iter()
             .map(|asked| {
                 let kept = if next.is_run { self.views.remove(&asked.name) } else { None };
-                kept.unwrap_or_else(|| ViewState::new(&self.gpu))
+                let mut state = kept.unwrap_or_else(|| ViewState::new(&self.gpu));
+                state.is_within = asked.part.is_within();
+                state
             })
             .collect();
         for (asked, state) in asked.iter_mut().zip(&states) {
@@ -114,12 +116,14 @@ impl Renderer {
         let executed = self.execute(scene, (&asked, left_out), &mut states, next, purpose);
         if executed.is_err() {
             states.iter_mut().for_each(ViewState::forget_undrawn);
+            self.gpu.forget_refused();
         }
         if is_run {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
         }
         let Executed { plan, run, exports, legends } = executed?;
         if let Some(run) = run {
+            self.forget_gone_views(scene, &asked);
             self.fetch(run, &exports, &legends, purpose).await?;
             self.keep_environment().await?;
             if purpose.is_picture() {

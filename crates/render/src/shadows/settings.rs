@@ -1,6 +1,6 @@
 //! Settings of shadows.
 
-use crate::setting::{choices, settings};
+use crate::setting::{choices, rounded_up, settings};
 
 choices! {
     /// How the edge of a shadow is filtered.
@@ -67,7 +67,8 @@ settings! {
         /// light, so that gaps which shadow maps miss are dark; 0 for not at all. Glass, materials with layers and fog
         /// stay what they are; stills draw all samples of all pixels.
         contact_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "shadows.enabled=true", needs "render.path=deferred";
-        /// In how many places of the picture such a search looks; other ones in every sample.
+        /// In how many places of the picture such a search looks; other ones in every sample. Rounded up to 2, 4, 8, 16,
+        /// 24, 32, 48 or 64, so that a slider makes few pipelines.
         contact_steps: u32 = 8, in 1..=64, needs "shadows.enabled=true";
         /// How far surfaces are taken to go on behind what is seen of them, so that thin things hide no more than they
         /// do; the farther behind, the less that counts. 0 for half of `contact_m`.
@@ -79,5 +80,10 @@ impl ShadowSettings {
     /// Whether the picture is searched for shadows that maps miss.
     pub fn has_contact(&self) -> bool {
         self.enabled && self.contact_m > 0.0
+    }
+
+    /// In how many places shaders look for them.
+    pub fn contact_length(&self) -> u32 {
+        rounded_up(self.contact_steps, &[2, 4, 8, 16, 24, 32, 48, 64])
     }
 }

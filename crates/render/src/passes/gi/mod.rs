@@ -89,7 +89,7 @@ pub fn record(
 
     let target = r.texture_of("gi", desc);
     let step = r.fullscreen("gi", "gi_gather", &[]).constants(&constants);
-    let step = step.constants(&[("slices", settings.slices), ("steps", settings.steps)]).uniform("gi", &uniform);
+    let step = step.constants(&settings.constants()).uniform("gi", &uniform);
     let step = step.read("normal", &gbuffer.normal).read("linear_depth", &gbuffer.linear_depth);
     let step = step.read("scene_radiance", &radiance);
     let step = if of_few { step } else { step.over(PicturePart::Lit, depth) };

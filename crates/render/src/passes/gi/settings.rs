@@ -1,7 +1,7 @@
 //! Settings of light between surfaces.
 
 use crate::resolution::Resolution;
-use crate::setting::settings;
+use crate::setting::{rounded_up, settings};
 
 settings! {
     /// Settings of diffuse light that opaque surfaces send each other, as far as the picture shows them: global
@@ -21,9 +21,19 @@ settings! {
         brightness_max: f32 = 2.0, in 0.0..=1e6, unit "× white", needs "gi.enabled=true";
         /// The size at which light is found; it is brought to the picture's by what lies on the same surface.
         resolution: Resolution = Resolution::Half, needs "gi.enabled=true";
-        /// Directions in the picture in which light is looked for, each to both sides.
+        /// Directions in the picture in which light is looked for, each to both sides; rounded up to 1, 2, 3, 4, 6, 8,
+        /// 12 or 16, so that a slider makes few pipelines.
         slices: u32 = 2, in 1..=16, needs "gi.enabled=true";
-        /// Pixels that are looked at along each side of a direction.
+        /// Pixels that are looked at along each side of a direction; rounded up to 2, 4, 8, 12, 16, 24, 32 or 64, so that
+        /// a slider makes few pipelines.
         steps: u32 = 12, in 1..=64, needs "gi.enabled=true";
+    }
+}
+
+impl GiSettings {
+    /// The lengths of loops that shaders have for them.
+    pub(super) fn constants(&self) -> [(&'static str, u32); 2] {
+        let slices = rounded_up(self.slices, &[1, 2, 3, 4, 6, 8, 12, 16]);
+        [("slices", slices), ("steps", rounded_up(self.steps, &[2, 4, 8, 12, 16, 24, 32, 64]))]
     }
 }

@@ -277,12 +277,10 @@ impl<'s> Finding<'s> {
             ("noisy", u32::from(settings.noise)),
             ("bends", u32::from(settings.bent_normals)),
         ]);
-        let texels = 2 * settings.slices * settings.steps;
+        let [slices, steps] = settings.lengths();
         let step = match settings.method {
-            OcclusionMethod::Gtao => step.constant("slices", settings.slices).constant("steps", settings.steps),
-            OcclusionMethod::Ssao => {
-                step.constant("kernel", if settings.kernel > 0 { settings.kernel } else { texels })
-            }
+            OcclusionMethod::Gtao => step.constant("slices", slices).constant("steps", steps),
+            OcclusionMethod::Ssao => step.constant("kernel", settings.points()),
         };
         let found = of_surfaces(step, noisy, seen.depth)?;
         let Some(target) = blurred else { return Ok(found) };

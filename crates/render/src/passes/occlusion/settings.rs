@@ -1,7 +1,7 @@
 //! Settings of ambient occlusion.
 
 use crate::resolution::Resolution;
-use crate::setting::{Switch, choices, settings};
+use crate::setting::{Switch, choices, rounded_up, settings};
 
 choices! {
     /// How what opaque surfaces hide of the environment from each other is found.
@@ -35,11 +35,14 @@ settings! {
         /// How soon light comes past behind what rises before a surface: 0 takes everything to go on behind what is
         /// seen of it, 1 takes it to be as thin as a sheet.
         thinness: f32 = 0.1, in 0.0..=1.0, unit "share", needs "occlusion.enabled=true", needs "occlusion.method=gtao";
-        /// Directions in the picture in which horizons are looked for, each to both sides.
+        /// Directions in the picture in which horizons are looked for, each to both sides; rounded up to 1, 2, 3, 4, 6,
+        /// 8, 12 or 16, so that a slider makes few pipelines.
         slices: u32 = 1, in 1..=16, needs "occlusion.enabled=true";
-        /// Texels that are looked at along each side of a direction.
+        /// Texels that are looked at along each side of a direction; rounded up to 1, 2, 4, 8, 12, 16, 24 or 32, so that
+        /// a slider makes few pipelines.
         steps: u32 = 8, in 1..=32, needs "occlusion.enabled=true";
         /// The kernel of `ssao`: in so many points of the hemisphere it looks; 0 for as many texels as `gtao` looks at.
+        /// Others are rounded up to 4, 8, 16, 32, 64, 128 or 256, so that a slider makes few pipelines.
         kernel: u32 = 0, in 0..=256, needs "occlusion.enabled=true", needs "occlusion.method=ssao";
         /// What rises less than this over the plane of a surface occludes nothing, as a share of the radius; 0 lets planes
         /// occlude themselves by rounding.
@@ -54,5 +57,22 @@ settings! {
         /// Whether diffuse light is that around the mean direction from which it still comes, in place of that around
         /// the normal.
         bent_normals: bool = false, needs "occlusion.enabled=true";
+    }
+}
+
+impl OcclusionSettings {
+    /// How many slices and steps shaders have.
+    pub(super) fn lengths(&self) -> [u32; 2] {
+        let slices = rounded_up(self.slices, &[1, 2, 3, 4, 6, 8, 12, 16]);
+        [slices, rounded_up(self.steps, &[1, 2, 4, 8, 12, 16, 24, 32])]
+    }
+
+    /// How many points `ssao` has.
+    pub(super) fn points(&self) -> u32 {
+        let [slices, steps] = self.lengths();
+        match self.kernel {
+            0 => 2 * slices * steps,
+            points => rounded_up(points, &[4, 8, 16, 32, 64, 128, 256]),
+        }
     }
 }

@@ -335,7 +335,7 @@ impl<'s> Tracing<'s> {
         let Inputs { seen, met, pyramid, coarse_radiance, backs } = inputs;
         let target = r.texture_of(name, self.desc);
         let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_trace", &[]));
-        let step = step.constants(&[("steps", self.settings.steps), ("smooth_only", u32::from(self.smooth_only))]);
+        let step = step.constants(&[("steps", self.settings.length()), ("smooth_only", u32::from(self.smooth_only))]);
         let step = step.read("nearest_distances", pyramid).read("scene_radiance", met);
         let step = step.read("coarse_radiance", coarse_radiance);
         let step = match backs {

@@ -1,7 +1,7 @@
 //! Settings of reflections of the picture.
 
 use crate::resolution::Resolution;
-use crate::setting::{Switch, settings};
+use crate::setting::{Switch, rounded_up, settings};
 
 settings! {
     /// Settings of reflections of the picture.
@@ -26,7 +26,14 @@ settings! {
         /// picture averages. 0 cuts nothing.
         brightness_max: f32 = 0.5, in 0.0..=1e6, unit "× white", needs "reflections.enabled=true";
         /// The most steps of a ray, over pixels or over squares of up to 64 × 64 of them where nothing is as near;
-        /// rays that need more find nothing.
+        /// rays that need more find nothing. Rounded up to 32, 96, 256 or 1024, so that a slider makes few pipelines.
         steps: u32 = 96, in 1..=1024, needs "reflections.enabled=true";
+    }
+}
+
+impl ReflectionSettings {
+    /// The most steps that shaders have, which are in two pipelines where rays are traced at half the size.
+    pub(super) fn length(&self) -> u32 {
+        rounded_up(self.steps, &[32, 96, 256, 1024])
     }
 }

@@ -12,6 +12,7 @@ pub(crate) use pipelines::SurfacePipelines;
 pub use tiles::TilePass;
 
 use super::bind_groups::Resource;
+use super::fullscreen::is_drawable;
 use super::{Frame, PreparedView};
 use crate::draws::{Draw, WorldDraws, object_id};
 use crate::levels::faded_id;
@@ -280,6 +281,9 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
             let message = "it was given no depth".into();
             return Err(ProgramError::Invalid { pass: program.into(), message });
         };
+        if !is_drawable(&colors, Some(depth), samples) {
+            return Ok(());
+        }
         let marked = decals == DecalUse::Marked;
         let targets = Targets { colors, blend, depth, samples, depth_write, constants, vertices_alone, marked, backs };
         let clouds = match &view.clouds_left {
@@ -307,8 +311,10 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         pass.count_draws(prepare(&of_pass, &targets)?.iter().map(Chunk::draws).sum());
         pass.draw(move |context| {
             of_pass.truncate(of_pass.len() - of_graph);
-            let read = |(name, read)| (name, Resource::Texture(context.view(read).clone()));
-            of_pass.extend(reads.into_iter().map(read));
+            for (name, read) in reads {
+                let Some(view) = context.view(read) else { return };
+                of_pass.push((name, Resource::Texture(view.clone())));
+            }
             for chunk in prepare(&of_pass, &targets).unwrap_or_default() {
                 frame.bundles.count(&chunk);
                 encode(&chunk, context.render_pass, frame, view);

@@ -5,6 +5,7 @@ use super::pipelines::Targets;
 use super::prepared::{BoundShapes, Chunk, Preparing};
 use super::{DecalUse, Which};
 use crate::draws::Tile;
+use crate::record::fullscreen::is_drawable;
 use crate::record::{Frame, PreparedView};
 use crate::shader::program::ProgramError;
 use manypass_graph::{DepthLoad, Handle, Pass};
@@ -47,6 +48,9 @@ impl<'r, 'f> TilePass<'r, 'f> {
             marked: false,
             backs: false,
         };
+        if !is_drawable(&[], Some(format), target.desc().samples) {
+            return Ok(pass.depth_stencil(target, DepthLoad::Keep));
+        }
         let clear = if is_first { None } else { Some(frame.shaders.depth_clear(format)?) };
         let preparing = Preparing {
             frame,
