@@ -99,7 +99,7 @@ pub use passes::tone_map::Tonemap;
 pub use passes::upscale::UpscaleMethod;
 pub use pose::Pose;
 pub use quality::{Quality, QualityBudget};
-pub use record::{LegendEntry, PreparedView, Recorder, Texels};
+pub use record::{DrawSelection, LegendEntry, PreparedView, Recorder, Texels};
 pub use render_settings::Path;
 #[cfg(target_arch = "wasm32")]
 pub use renderer::Pipelines;

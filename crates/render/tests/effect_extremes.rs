@@ -8,7 +8,9 @@ use common::{built_in, plain_request, renderer};
 use manypass::graph::{ColorLoad, DepthLoad, Graph, Handle, Limits, TextureDesc};
 use manypass::settings::{Scalar, SettingType};
 use manypass::shader::ProgramError;
-use manypass::{Effect, EffectFile, FrameRequest, Gbuffer, Pose, Recorder, Renderer, SettingInfo, WgslEffect};
+use manypass::{
+    DrawSelection, Effect, EffectFile, FrameRequest, Gbuffer, Pose, Recorder, Renderer, SettingInfo, WgslEffect,
+};
 use manypass_testkit::scenes;
 use std::sync::Arc;
 
@@ -235,11 +237,11 @@ const MISUSES: [(&str, &str, Record); 29] = [
     ("draws surfaces with colours for depth", "cannot be used as", |r, radiance| {
         let mut pass = r.surfaces("misuse", "geometry");
         pass.depth_read_only(&radiance);
-        pass.draw_opaque()?;
+        pass.draw_opaque(DrawSelection::All)?;
         Ok(radiance)
     }),
     ("draws surfaces without depth", "given no depth", |r, radiance| {
-        r.surfaces("misuse", "geometry").draw_opaque()?;
+        r.surfaces("misuse", "geometry").draw_opaque(DrawSelection::All)?;
         Ok(radiance)
     }),
     ("draws a history of another size", "one size", |r, radiance| {

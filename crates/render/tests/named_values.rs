@@ -387,8 +387,11 @@ fn layers_of_parallax_are_as_many_as_the_steps_of_relief() {
     assert!(free > 0.55 && free < 0.702, "as many layers as texels ask for: {free}");
 }
 
+/// Keys with values.
+type Given = &'static [(&'static str, &'static str)];
+
 /// Lengths of loops, the most that each may be, and what they do nothing without.
-const LENGTHS: [(&str, u32, &[(&str, &str)]); 9] = [
+const LENGTHS: [(&str, u32, Given); 9] = [
     ("occlusion.slices", 16, &[("occlusion.enabled", "true")]),
     ("occlusion.steps", 32, &[("occlusion.enabled", "true")]),
     ("occlusion.kernel", 256, &[("occlusion.enabled", "true"), ("occlusion.method", "ssao")]),

@@ -16,7 +16,7 @@ mod volumes;
 
 pub use fullscreen::{ADD, Fullscreen, PicturePart};
 pub use legend::LegendEntry;
-pub use surfaces::{DecalUse, SurfacePass, TilePass, Which};
+pub use surfaces::{DecalUse, DrawSelection, SurfacePass, TilePass};
 pub use texels::Texels;
 pub use view::PreparedView;
 

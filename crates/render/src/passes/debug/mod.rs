@@ -12,7 +12,7 @@ mod settings;
 
 pub use settings::{DebugSettings, DebugView};
 
-use crate::record::{ADD, Recorder, Which};
+use crate::record::{ADD, DrawSelection, Recorder};
 use crate::shader::program::ProgramError;
 use legends::{BACKGROUND, Color, Drawn, Shown};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
@@ -98,7 +98,7 @@ fn record_surfaces(r: &mut Recorder<'_, '_>, shown: Shown) -> Result<Handle, Pro
             pass.constant("level_of_detail", level);
             pass.draw_opaque_at(level)?;
         } else {
-            pass.draw_opaque(Which::All)?;
+            pass.draw_opaque(DrawSelection::All)?;
         }
     }
     if !r.view.has_blended() {

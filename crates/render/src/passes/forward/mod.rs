@@ -13,7 +13,7 @@ use crate::draws::Draw;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::occlusion::Occlusion;
-use crate::record::{ADD, Recorder, SurfacePass, Which};
+use crate::record::{ADD, DrawSelection, Recorder, SurfacePass};
 use crate::screen_space::{FoundLight, InPicture};
 use crate::shader::program::ProgramError;
 use crate::transparency::{Blended, GLASS_DISTANCES, Peel, Side, Weighting};
@@ -88,7 +88,7 @@ pub fn record_batched(
     pass.constant(LIGHTS_OF, FIRST_BATCH);
     InPicture { occlusion, reflections: None }.bind(&mut pass);
     bind_opaque(&mut pass);
-    pass.draw_opaque(Which::All)?;
+    pass.draw_opaque(DrawSelection::All)?;
     let most = view.most_lights(world);
     for first in (LIGHTS_PER_BATCH..most).step_by(LIGHTS_PER_BATCH as usize) {
         let mut pass = r.surfaces(format!("forward_batched.{}", first / LIGHTS_PER_BATCH), "forward");
@@ -128,7 +128,7 @@ pub fn record_opaque(
     let radiance = radiance.begin(&mut pass);
     let depth = depth.begin(&mut pass);
     pass.uniform("fog", &fog);
-    pass.draw_opaque(Which::All)?;
+    pass.draw_opaque(DrawSelection::All)?;
     Ok((radiance, depth))
 }
 
@@ -141,7 +141,7 @@ pub fn record_depth(r: &mut Recorder<'_, '_>, name: &'static str) -> Result<Hand
     let depth = r.texture(name, r.frame.gpu.capabilities.depth_format);
     let mut pass = r.surfaces(name, "geometry");
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
-    pass.draw_opaque(Which::All)?;
+    pass.draw_opaque(DrawSelection::All)?;
     Ok(depth)
 }
 
@@ -174,8 +174,8 @@ pub fn record_layered(
 ) -> Result<(Handle, Handle), ProgramError> {
     let world = r.frame.world;
     let (which, is_there) = match depth {
-        LayeredDepth::There(_) => (Which::ShadedWhereDrawn, world.is_shaded_where_drawn),
-        LayeredDepth::Missing(_) => (Which::Layered, world.has_layers),
+        LayeredDepth::There(_) => (DrawSelection::ShadedWhereDrawn, world.is_shaded_where_drawn),
+        LayeredDepth::Missing(_) => (DrawSelection::Layered, world.has_layers),
     };
     if !is_there {
         let (LayeredDepth::There(depth) | LayeredDepth::Missing(depth)) = depth;
@@ -249,7 +249,7 @@ fn add_layered(mut pass: SurfacePass<'_, '_>, depth: &Handle, radiance: Handle) 
     pass.blend(ADD);
     let radiance = pass.color(radiance, ColorLoad::Keep);
     pass.depth_read_only(depth);
-    pass.draw_opaque(Which::ShadedWhereDrawn)?;
+    pass.draw_opaque(DrawSelection::ShadedWhereDrawn)?;
     Ok(radiance)
 }
 

@@ -4,7 +4,7 @@
 //! Reads: materials. Writes: base_color, normal, material, radiance (alpha = coverage), depth.
 
 use crate::gbuffer::{BASE_COLOR, MATERIAL, NORMAL, RADIANCE};
-use crate::record::{DecalUse, Recorder, Texels, Which};
+use crate::record::{DecalUse, DrawSelection, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 
@@ -39,7 +39,7 @@ fn record_depth(
     }
     let mut pass = r.surfaces("geometry.depth", "geometry");
     let depth = pass.depth(depth, load);
-    pass.draw_opaque(Which::Hiding)?;
+    pass.draw_opaque(DrawSelection::Hiding)?;
     Ok((depth, DepthLoad::Keep))
 }
 
@@ -83,7 +83,7 @@ pub fn record_unshaded(
         material: material.map(|material| pass.color(material, clear)),
         depth: pass.depth(depth, depth_load),
     };
-    pass.draw_opaque(Which::All)?;
+    pass.draw_opaque(DrawSelection::All)?;
     Ok(outputs)
 }
 
@@ -122,7 +122,7 @@ pub fn record(
     pass.leave_out_settled();
     // Below, where they are seen.
     pass.decals(DecalUse::LeftOut);
-    pass.draw_opaque(Which::All)?;
+    pass.draw_opaque(DrawSelection::All)?;
     record_decals(r, outputs)
 }
 

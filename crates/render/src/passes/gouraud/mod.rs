@@ -8,7 +8,7 @@
 
 use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
-use crate::record::{Recorder, SurfacePass, Which};
+use crate::record::{DrawSelection, Recorder, SurfacePass};
 use crate::shader::program::ProgramError;
 use crate::transparency::{Blended, Peel, Side, Weighting};
 use manypass_graph::{DepthLoad, Handle};
@@ -32,7 +32,7 @@ pub fn record_opaque(
     let radiance = radiance.begin(&mut pass);
     pass.leave_out_settled();
     let depth = pass.depth(depth, depth_load);
-    pass.draw_opaque(Which::Plain)?;
+    pass.draw_opaque(DrawSelection::Plain)?;
     Ok((radiance, depth))
 }
 

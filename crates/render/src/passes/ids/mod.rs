@@ -5,7 +5,7 @@
 //! here, so that frames without it pay nothing. It draws opaque and masked surfaces again where their depth lies in the
 //! depth buffer: positions are `@invariant`. Reads: depth. Writes: ids (rg32uint).
 
-use crate::record::{Recorder, Texels, Which};
+use crate::record::{DrawSelection, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 
@@ -41,6 +41,6 @@ pub fn record(r: &mut Recorder<'_, '_>, depth: &Handle) -> Result<Handle, Progra
     let mut pass = r.surfaces("ids", "ids");
     let ids = pass.color(target, ColorLoad::Clear(wgpu::Color::TRANSPARENT));
     pass.depth_read_only(depth);
-    pass.draw_opaque(Which::All)?;
+    pass.draw_opaque(DrawSelection::All)?;
     Ok(ids)
 }

@@ -7,7 +7,7 @@
 //! is what lies infinitely far away, which moves by the camera's rotation alone. Reads: depth, the previous pose.
 //! Writes: motion (rg32float).
 
-use crate::record::{Recorder, Texels, Which};
+use crate::record::{DrawSelection, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use crate::view::{CameraStep, View};
 use glam::{Mat4, Vec2};
@@ -62,7 +62,7 @@ pub fn record(r: &mut Recorder<'_, '_>, depth: &Handle, step: Option<&CameraStep
     pass.uniform("motion", &uniform);
     let motion = pass.color(motion, ColorLoad::Keep);
     pass.depth_read_only(depth);
-    pass.draw_opaque(Which::All)?;
+    pass.draw_opaque(DrawSelection::All)?;
     Ok(motion)
 }
 

@@ -16,7 +16,7 @@ pub use settings::ReflectionSettings;
 use crate::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 use crate::gbuffer::{Gbuffer, LINEAR_DEPTH, RADIANCE};
 use crate::occlusion::Occlusion;
-use crate::record::{ADD, Fullscreen, PicturePart, Recorder, Texels, Which};
+use crate::record::{ADD, DrawSelection, Fullscreen, PicturePart, Recorder, Texels};
 use crate::resolution::Resolution;
 use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
@@ -395,7 +395,7 @@ fn record_backs(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
     let mut pass = r.surfaces("reflections.backs", "geometry");
     let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
     pass.backs();
-    pass.draw_opaque(Which::Hiding)?;
+    pass.draw_opaque(DrawSelection::Hiding)?;
     let target = r.texture("reflections.back_distances", LINEAR_DEPTH);
     r.declare_texels(&target, Texels::Distance);
     let step = r.fullscreen("reflections.back_distances", "linear_depth", &[]).constant("leaves_out", 0);

@@ -28,7 +28,7 @@ use std::borrow::Cow;
 
 /// Which of the draws of a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Which {
+pub enum DrawSelection {
     /// Every one.
     All,
     /// Those whose fragments are never dropped and lie where their triangles do: triangles without a mask and without
@@ -187,14 +187,14 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         let (view, world) = (self.view, self.frame.world);
         let is_lit = |draw: &&Draw| view.most_lights_of(draw, world) >= count;
         let draws: Vec<Draw> = view.draws.opaque.iter().filter(is_lit).cloned().collect();
-        self.draw(draws.into(), Which::All)
+        self.draw(draws.into(), DrawSelection::All)
     }
 
     /// Declares the pass: it draws the view's opaque and masked surfaces.
     ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds; or no depth was given.
-    pub fn draw_opaque(self, which: Which) -> Result<(), ProgramError> {
+    pub fn draw_opaque(self, which: DrawSelection) -> Result<(), ProgramError> {
         let draws = &self.view.draws.opaque[..];
         self.draw(draws.into(), which)
     }
@@ -205,7 +205,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     /// As [`Self::draw_opaque`].
     pub fn draw_opaque_at(self, level: u32) -> Result<(), ProgramError> {
         let draws = at_level(&self.view.draws.opaque, level, self.frame.world);
-        self.draw(draws.into(), Which::All)
+        self.draw(draws.into(), DrawSelection::All)
     }
 
     /// Declares the pass: it draws those of the view's blended surfaces that are at a level of detail.
@@ -214,7 +214,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     /// As [`Self::draw_opaque`].
     pub fn draw_blended_at(self, level: u32) -> Result<(), ProgramError> {
         let draws = at_level(&self.view.draws.blended, level, self.frame.world);
-        self.draw(draws.into(), Which::All)
+        self.draw(draws.into(), DrawSelection::All)
     }
 
     /// Declares the pass: it draws those of the view's opaque and masked surfaces that decals may touch, where pixels are
@@ -225,7 +225,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     pub fn draw_decaled(mut self) -> Result<(), ProgramError> {
         self.decals = DecalUse::Marked;
         let draws = &self.view.draws.decaled[..];
-        self.draw(draws.into(), Which::All)
+        self.draw(draws.into(), DrawSelection::All)
     }
 
     /// Declares the pass: it draws those of the view's opaque and masked surfaces that are of some objects, by their ids.
@@ -244,7 +244,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
                 draws.push(Draw { instances: instance..instance + 1, ..draw.clone() });
             }
         }
-        self.draw(draws.into(), Which::All)
+        self.draw(draws.into(), DrawSelection::All)
     }
 
     /// Declares the pass: it draws the view's blended surfaces, farther ones first.
@@ -253,7 +253,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     /// As [`Self::draw_opaque`].
     pub fn draw_blended(self) -> Result<(), ProgramError> {
         let draws = &self.view.draws.blended[..];
-        self.draw(draws.into(), Which::All)
+        self.draw(draws.into(), DrawSelection::All)
     }
 
     /// Declares the pass: it draws the view's surfaces that light comes through, farther ones first.
@@ -262,7 +262,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     /// As [`Self::draw_opaque`].
     pub fn draw_transmissive(self) -> Result<(), ProgramError> {
         let draws = &self.view.draws.transmissive[..];
-        self.draw(draws.into(), Which::All)
+        self.draw(draws.into(), DrawSelection::All)
     }
 
     /// Declares the pass: it draws some of the view's surfaces, in this order.
@@ -270,10 +270,10 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
     /// # Errors
     /// As [`Self::draw_opaque`].
     pub(crate) fn draw_those(self, draws: &[Draw]) -> Result<(), ProgramError> {
-        self.draw(draws.to_vec().into(), Which::All)
+        self.draw(draws.to_vec().into(), DrawSelection::All)
     }
 
-    fn draw(self, draws: Cow<'f, [Draw]>, which: Which) -> Result<(), ProgramError> {
+    fn draw(self, draws: Cow<'f, [Draw]>, which: DrawSelection) -> Result<(), ProgramError> {
         let Self { name, mut pass, frame, view, program, resources: mut of_pass, reads, axes, .. } = self;
         let Self { colors, blend, depth, constants, vertices_alone, backs, decals, leaves_out, .. } = self;
         let constants = constants.into_iter().chain(view.constants_of(program)).collect();

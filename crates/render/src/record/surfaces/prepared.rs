@@ -2,7 +2,7 @@
 
 use super::pipelines::{ALPHA_TO_COVERAGE, Key, SurfacePipeline, Targets};
 use super::shape::{Shape, Special};
-use super::{DecalUse, Which};
+use super::{DecalUse, DrawSelection};
 use crate::decals::DECALS;
 use crate::draws::{BLOCK_ITEMS, Draw, Item, MASKED, VisibleClouds, WorldDraws};
 use crate::levels::FADES;
@@ -113,7 +113,12 @@ impl Default for BoundShapes {
 }
 
 impl Preparing<'_, '_> {
-    pub fn prepare(&self, draws: &[Draw], which: Which, shapes: &mut BoundShapes) -> Result<Vec<Chunk>, ProgramError> {
+    pub fn prepare(
+        &self,
+        draws: &[Draw],
+        which: DrawSelection,
+        shapes: &mut BoundShapes,
+    ) -> Result<Vec<Chunk>, ProgramError> {
         let Frame { resources, world, .. } = *self.frame;
         let is_reflected = self.view.is_reflected();
         let special = Special::of(self.program);
@@ -125,14 +130,14 @@ impl Preparing<'_, '_> {
             let is_blended = draw.item as usize >= world.opaque_count && !item.transmissive;
             let layers = item.layers_in(draw.form.surface);
             let is_wanted = match which {
-                Which::All => true,
-                Which::Hiding => {
+                DrawSelection::All => true,
+                DrawSelection::Hiding => {
                     let is_whole = !item.masked && !is_blended && !draw.fades && layers & RELIEF == 0;
                     is_whole && item.topology == Topology::Triangles
                 }
-                Which::ShadedWhereDrawn => layers & SHADED_WHERE_DRAWN != 0,
-                Which::Layered => layers != 0,
-                Which::Plain => layers == 0,
+                DrawSelection::ShadedWhereDrawn => layers & SHADED_WHERE_DRAWN != 0,
+                DrawSelection::Layered => layers != 0,
+                DrawSelection::Plain => layers == 0,
             };
             if !is_wanted {
                 continue;

@@ -3,7 +3,7 @@
 use super::encode::encode;
 use super::pipelines::Targets;
 use super::prepared::{BoundShapes, Chunk, Preparing};
-use super::{DecalUse, Which};
+use super::{DecalUse, DrawSelection};
 use crate::draws::Tile;
 use crate::record::fullscreen::is_drawable;
 use crate::record::{Frame, PreparedView};
@@ -64,7 +64,8 @@ impl<'r, 'f> TilePass<'r, 'f> {
             clouds: None,
         };
         let mut shapes = BoundShapes::default();
-        let prepare = |tile: &Tile| Ok((tile.rectangle, preparing.prepare(&tile.draws, Which::All, &mut shapes)?));
+        let prepare =
+            |tile: &Tile| Ok((tile.rectangle, preparing.prepare(&tile.draws, DrawSelection::All, &mut shapes)?));
         let prepared: Vec<([u32; 4], Vec<Chunk>)> = tiles.iter().map(prepare).collect::<Result<_, ProgramError>>()?;
         let load = if is_first { DepthLoad::Clear { depth: 0.0, stencil: 0 } } else { DepthLoad::Keep };
         let target = pass.depth_stencil(target, load);
