@@ -106,15 +106,13 @@ impl ReflectionsUniform {
         let noise_gain = (samples.max(1) as f32).sqrt();
         let radiance_max = settings.brightness_max * noise_gain / exposure.max(1e-6);
         let radiance_max = if radiance_max > 0.0 { radiance_max.min(RADIANCE_MAX) } else { RADIANCE_MAX };
-        let roughness_max = settings.roughness_max;
-        let share_of_ray = 1.0 / rays.max(1) as f32;
         Self {
             distance_m,
             fade_per_m,
             thickness_m,
-            roughness_max,
+            roughness_max: settings.roughness_max,
             radiance_max,
-            share_of_ray,
+            share_of_ray: 1.0 / rays.max(1) as f32,
             thickness_max_m,
             spacing_px: 0.0,
         }
