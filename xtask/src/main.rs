@@ -12,8 +12,8 @@ const HELP: &str = "\
 cargo xtask COMMAND
 
   demo      set up, build, and render the built-in demo to demo.png and its passes to demo-passes.png
-              (about 7 minutes the first time)
-  test      set up what is missing, then check formatting, lints, docs, tests, web build and browsers (about 80 minutes on two cores)
+              (about 4 minutes the first time)
+  test      set up what is missing, then check formatting, lints, docs, tests, web build and browsers (about 50 minutes on two cores)
               --no-browser   leave out the web build and the browser tests
   web       build the web package into target/web: module, types and page; print their sizes (about 4 minutes)
               --fast         compile sooner to a larger module, for work on the package
