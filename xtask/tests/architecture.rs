@@ -18,7 +18,7 @@ const QUESTIONS: [(&str, &[&str]); 5] = [
     ("fog and water", &["frame.rs"]),
     ("a new AOV", &["aov.rs", "gbuffer.rs", "frame/surfaces.rs"]),
     ("a new stage key", &["crates/scene/src/stage/keys/"]),
-    ("a new texture format", &["crates/scene/src/image.rs", "crates/scene/src/image/"]),
+    ("a new texture file format", &["crates/scene/src/image.rs", "crates/scene/src/image/"]),
 ];
 
 fn root() -> PathBuf {
