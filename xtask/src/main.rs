@@ -1,5 +1,5 @@
-//! Set-up, demo, tests and goldens: `cargo xtask`. The web package, browser tests, bench and fidelity need more than
-//! anyone should wait for who wants the demo: they are in `xtask-tools`, which is built when one of them is asked for.
+//! Set-up, demo, tests and goldens: `cargo xtask`. The web package, browser tests, bench and fidelity take long to build.
+//! They are in `xtask-tools`, which is built on demand.
 
 mod programs;
 

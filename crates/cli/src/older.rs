@@ -13,8 +13,13 @@ pub struct Told(Vec<&'static Renamed>);
 impl Told {
     /// Those of `names` that nobody was told of.
     pub fn news(&mut self, names: &[&'static Renamed]) -> Vec<&'static Renamed> {
-        let news: Vec<_> = names.iter().copied().filter(|name| !self.0.contains(name)).collect();
-        self.0.extend(&news);
+        let mut news = Vec::new();
+        for name in names {
+            if !self.0.contains(name) {
+                self.0.push(name);
+                news.push(*name);
+            }
+        }
         news
     }
 

@@ -37,7 +37,8 @@ pub fn markdown_tables() -> String {
 /// What is said of older names.
 const OLDER_NAMES: &str = "
 Older names work in this version alone. A hint names the name of today, once a run; `--strict` does not refuse it. On
-the page the hint is one of `viewer.warnings()`. The older name beside the name of today in one stage is an error.
+the page the hint is one of `viewer.warnings()`. The older name of a table or key beside the name of today in one stage
+is an error. Of two names of a setting the last line counts.
 ";
 
 /// Prose in lines of at most 120 characters, as all pages have it.

@@ -429,6 +429,9 @@ fn a_slider_of_a_loops_length_makes_at_most_eight_pipelines() {
         };
         let lengths = documented_lengths(key);
         assert_eq!(lengths.last(), Some(&most), "{key}");
+        let default =
+            Settings::declared().iter().find(|info| info.key == key).unwrap().default.as_ref().unwrap().to_string();
+        assert!(default == "0" || lengths.iter().any(|length| length.to_string() == default), "{key}: {default}");
         // All other pipelines of the frame, and those of one length.
         made_by(most);
         let made: u64 = lengths.iter().map(|length| made_by(*length)).sum();

@@ -1,5 +1,5 @@
-//! Names that users write and that are called otherwise now. An older name works for one version more, and whoever reads
-//! it says the name of today.
+//! Names that users write and that have changed. An older name works for one version more, and whoever reads it says the
+//! name of today.
 //!
 //! ```
 //! # use manypass_scene::renamed::{NameKind, current};

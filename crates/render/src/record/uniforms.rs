@@ -60,7 +60,7 @@ impl UniformArena {
         if index == pages.len() {
             let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("uniforms"),
-                size: PAGE_BYTES.max(value.len()) as u64,
+                size: PAGE_BYTES.max(value.len()).next_multiple_of(4) as u64,
                 usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
                 mapped_at_creation: false,
             });

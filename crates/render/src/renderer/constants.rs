@@ -5,6 +5,7 @@ use super::mirrors::{MirrorView, Reflector};
 use super::shadows::takes_one_tap;
 use super::surroundings::FrameSurroundings;
 use crate::decals::DECALS;
+use crate::draws::WorldDraws;
 use crate::environment::Environment;
 use crate::lights::{self, LightTable};
 use crate::record::COUNTS_PAIRS;
@@ -14,7 +15,7 @@ use crate::shadows::{ShadowFilter, ViewShadows};
 
 /// The `override` constants of a view's pipelines.
 pub(super) fn constants_of(
-    asked: &Asked,
+    (asked, world): (&Asked, &WorldDraws),
     table: &LightTable,
     shadows: Option<&ViewShadows>,
     (tiles, surroundings): (Option<&EnvironmentTiles>, Option<&FrameSurroundings>),
@@ -47,7 +48,7 @@ pub(super) fn constants_of(
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcf && settings.shadows.kernel != 2 {
         constants.push(("kernel_side", settings.shadows.kernel));
     }
-    if takes_one_tap(&asked.request) {
+    if takes_one_tap(&asked.request, world) {
         constants.push(("takes_one_tap", 1));
     }
     if settings.shadows.has_contact() {

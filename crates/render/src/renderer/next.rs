@@ -78,7 +78,6 @@ impl Renderer {
             self.surroundings.clear();
             self.shadows.tiles = Shadows::default();
             self.ground.drawn = None;
-            self.cut();
         }
         Ok(checked?)
     }

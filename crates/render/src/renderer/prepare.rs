@@ -117,7 +117,7 @@ impl ViewInputs<'_> {
             light_count: lists.table.len(),
             cluster_grid: &self.cluster_grid,
             constants: constants_of(
-                asked,
+                (asked, self.world),
                 &lists.table,
                 shadows.map(|(shadows, _)| shadows),
                 (*tiles, *surroundings),

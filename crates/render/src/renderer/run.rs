@@ -121,6 +121,10 @@ impl Renderer {
         if is_run {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));
         }
+        if matches!(executed, Err(RenderError::Gpu(_))) {
+            // Nobody knows what was drawn of what anti-aliasing over time keeps.
+            self.cut();
+        }
         let Executed { plan, run, exports, legends } = executed?;
         if let Some(run) = run {
             self.forget_gone_views(scene, &asked);

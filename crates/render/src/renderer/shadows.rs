@@ -5,6 +5,7 @@ use super::Renderer;
 use super::asked::{Asked, ViewPart};
 use super::lit::{Lit, World};
 use super::next::NextState;
+use crate::draws::WorldDraws;
 use crate::gpu::{Gpu, destroy};
 use crate::record::{InstanceTable, depth_texture};
 use crate::request::{FrameRequest, FrameStats};
@@ -90,12 +91,14 @@ fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a
 
 /// Whether a sample of a still compares but once with a map, by turns at the four places of a filter: in their mean
 /// that is the filter. With few samples, each place would meet too few parts of a pixel; and one that is shown before
-/// the others are there is filtered like a picture of its own.
-pub(super) fn takes_one_tap(request: &FrameRequest) -> bool {
+/// the others are there is filtered like a picture of its own. Surfaces that let light through are in maps by chance,
+/// and one comparison of few texels would show that as grain.
+pub(super) fn takes_one_tap(request: &FrameRequest, world: &WorldDraws) -> bool {
     let (settings, (sample_index, sample_count)) = (&request.settings.shadows, request.sample());
     let is_shown = request.goes_on && sample_index == 0;
     let has_four = settings.filter == ShadowFilter::Pcf && settings.kernel == 2;
-    settings.enabled && has_four && sample_count >= 16 && !is_shown
+    let is_whole = world.opaque_count == world.items.len();
+    settings.enabled && has_four && sample_count >= 16 && !is_shown && is_whole
 }
 
 /// The uniform's part that says how shadows are filtered in a sample: see `light_table.wgsl`.

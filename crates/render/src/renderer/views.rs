@@ -7,7 +7,7 @@ use crate::aov::AovTextures;
 use manypass_scene::Scene;
 use std::collections::BTreeMap;
 
-/// What a thing is that has views of its own within pictures, and its name.
+/// The kind and the name of what has views within pictures.
 pub(super) type CapturedName = (&'static str, String);
 
 /// What of a scene has views of its own within pictures, seen or not. Names of those views are made of it.
@@ -23,7 +23,8 @@ fn captured(scene: &Scene) -> impl Iterator<Item = (&'static str, &str)> {
 
 impl Renderer {
     /// How many views the renderer keeps something of: those that it was asked for, by their names, and those of
-    /// monitors, mirrors, portals, water, surroundings and probes of the scene, once they were drawn.
+    /// monitors, mirrors, portals, water, reflection probes and irradiance probes of the scene, once they were drawn. A
+    /// renderer that draws two scenes by turns keeps none of these views from one to the other.
     pub fn view_count(&self) -> usize {
         self.views.len()
     }
