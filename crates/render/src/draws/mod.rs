@@ -8,6 +8,7 @@ mod extent;
 mod glass;
 mod leveled;
 mod list;
+mod rectangle;
 mod unsettled;
 mod world;
 

@@ -61,7 +61,9 @@ pub struct Fullscreen<'r, 'f> {
     depth: Option<DepthTest>,
     /// Whether nothing is drawn where tiles are settled.
     leaves_out: bool,
-    rectangles: Option<Vec<[u32; 4]>>,
+    rectangles: Option<Vec<Rectangle>>,
+    /// How many pixels a texel has along a side, if nothing is drawn beside surfaces.
+    surfaces_side_px: Option<u32>,
     constants: Vec<Constant>,
     /// Vertices and instances.
     elements: (u32, u32),
@@ -79,6 +81,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             depth: None,
             leaves_out: false,
             rectangles: None,
+            surfaces_side_px: None,
             constants: Vec::new(),
             elements: (3, 1),
         }
@@ -164,6 +167,13 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
     /// What is drawn where tiles of a still are settled means nothing: it is left out as far as that is known.
     pub fn leave_out_settled(mut self) -> Self {
         self.leaves_out = true;
+        self
+    }
+
+    /// Draws within a rectangle around the view's surfaces alone, and texels of the target have `side_px` pixels along a
+    /// side. What the target is cleared to has to be what the shader gives where there is no surface.
+    pub fn within_surfaces(mut self, side_px: u32) -> Self {
+        self.surfaces_side_px = Some(side_px);
         self
     }
 
@@ -253,16 +263,8 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         };
         let program = pipeline.program.clone();
         let slots = self.slots(&program)?;
-        let Self { mut pass, frame, view, rectangles, leaves_out, elements: (vertices, instances), .. } = self;
-        let whole = [0, 0, desc.width, desc.height];
-        let rectangles = match &view.unsettled {
-            Some(unsettled) if leaves_out => {
-                let all = rectangles.unwrap_or_else(|| vec![whole]);
-                let within = |rectangle: Rectangle| unsettled.iter().filter_map(move |of| intersection(rectangle, *of));
-                Some(all.into_iter().flat_map(within).collect())
-            }
-            _ => rectangles,
-        };
+        let rectangles = self.drawn_rectangles(desc);
+        let Self { mut pass, frame, view, elements: (vertices, instances), .. } = self;
         pass.count_draws(rectangles.as_ref().map_or(1, Vec::len));
         pass.draw(move |context| {
             let resources: Option<Vec<_>> = slots.into_iter().map(|slot| slot.resource(context)).collect();
@@ -285,6 +287,26 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             }
         });
         Ok(())
+    }
+
+    /// The rectangles of a target of the shape `desc` that are drawn into; none where that is all of it.
+    fn drawn_rectangles(&self, desc: TextureDesc) -> Option<Vec<Rectangle>> {
+        let whole = [[0, 0, desc.width, desc.height]];
+        let unsettled = self.view.unsettled.as_deref().filter(|_| self.leaves_out);
+        let around_surfaces = self.surface_texels().map(|rectangle| [rectangle]);
+        let limits = unsettled.into_iter().chain(around_surfaces.as_ref().map(<[_; 1]>::as_slice));
+        limits.fold(self.rectangles.clone(), |rectangles, limit| {
+            Some(intersections(rectangles.as_deref().unwrap_or(&whole), limit))
+        })
+    }
+
+    /// The rectangle of the target around surfaces, if nothing is drawn beside them and it is not all of the target.
+    fn surface_texels(&self) -> Option<Rectangle> {
+        let side_px = self.surfaces_side_px?;
+        let [x, y, width, height] = self.view.surfaces(self.frame.world)?;
+        let (left, top) = (x / side_px, y / side_px);
+        let (right, bottom) = ((x + width).div_ceil(side_px), (y + height).div_ceil(side_px));
+        Some([left, top, right - left, bottom - top])
     }
 
     /// What goes into group 1 of `program`. Names are looked up now; when the pass runs, only the views of what it
@@ -332,6 +354,12 @@ pub(super) fn is_drawable(colors: &[wgpu::TextureFormat], depth: Option<wgpu::Te
     is_depth && colors.iter().all(is_color) && matches!(samples, 1 | 2 | 4 | 8 | 16)
 }
 
+/// What each of some rectangles has in common with each of others.
+fn intersections(rectangles: &[Rectangle], others: &[Rectangle]) -> Vec<Rectangle> {
+    let with_each = |of: Rectangle| others.iter().filter_map(move |other| intersection(of, *other));
+    rectangles.iter().copied().flat_map(with_each).collect()
+}
+
 /// What two rectangles have in common, if anything.
 fn intersection(a: Rectangle, b: Rectangle) -> Option<Rectangle> {
     let low = [a[0].max(b[0]), a[1].max(b[1])];
@@ -350,5 +378,8 @@ mod tests {
         assert_eq!(intersection([0, 0, 10, 10], [5, 6, 10, 2]), Some([5, 6, 5, 2]));
         assert_eq!(intersection([0, 0, 10, 10], [10, 0, 1, 1]), None);
         assert_eq!(intersection([5, 0, u32::MAX, 10], [0, 0, 10, 10]), Some([5, 0, 5, 10]));
+        let of_two = intersections(&[[0, 0, 4, 4], [8, 0, 4, 4]], &[[2, 1, 8, 2], [20, 0, 1, 1]]);
+        assert_eq!(of_two, [[2, 1, 2, 2], [8, 1, 2, 2]]);
+        assert!(intersections(&[[0, 0, 4, 4]], &[[0, 0, 0, 0]]).is_empty());
     }
 }

@@ -104,6 +104,8 @@ pub struct PreparedView {
     pub(crate) decal_draws: DecalDraws,
     /// The extent of what it sees, once a pass asks for it.
     pub(crate) extent_m: OnceLock<f32>,
+    /// The rectangle around its surfaces, once a pass asks for it.
+    surfaces: OnceLock<Option<Rectangle>>,
 }
 
 impl PreparedView {
@@ -208,6 +210,15 @@ impl PreparedView {
         };
         let mut lists = self.draws.opaque.iter().flat_map(|draw| self.lists_of(draw, world));
         if batch.start < global_count || lists.any(casts) { self.light_axes() } else { &[] }
+    }
+
+    /// The rectangle, in pixels, that all lies in of what the G-buffer may hold; none where it may be the whole picture.
+    pub(super) fn surfaces(&self, world: &WorldDraws) -> Option<Rectangle> {
+        // Where parts of the picture are left out, distances there are not those of surfaces.
+        if self.outline.is_some() || self.settled.is_some() {
+            return None;
+        }
+        *self.surfaces.get_or_init(|| world.surfaces_px(&self.uniform, self.shows_first_surface))
     }
 
     /// Pixels of the view.
@@ -410,6 +421,7 @@ impl Viewed<'_> {
             outline: self.outline,
             decal_draws: self.decal_draws,
             extent_m: OnceLock::new(),
+            surfaces: OnceLock::new(),
         }
     }
 }

@@ -83,7 +83,8 @@ pub fn record(
     }
     let is_filtered = r.view.shows_few_samples() || r.view.sample_count < UNFILTERED_SAMPLES;
     let of_few = settings.resolution != Resolution::Full;
-    let constants = [("side", settings.resolution.side_px()), ("patterned", u32::from(is_filtered))];
+    let side_px = settings.resolution.side_px();
+    let constants = [("side", side_px), ("patterned", u32::from(is_filtered))];
     let uniform = GiUniform::new(settings, r.extent_m(), r.view.display_exposure);
     let desc = settings.resolution.desc(r.view, RADIANCE);
 
@@ -92,14 +93,14 @@ pub fn record(
     let step = step.constants(&settings.constants()).uniform("gi", &uniform);
     let step = step.read("normal", &gbuffer.normal).read("linear_depth", &gbuffer.linear_depth);
     let step = step.read("scene_radiance", &radiance);
-    let step = if of_few { step } else { step.over(PicturePart::Lit, depth) };
+    let step = if of_few { step.within_surfaces(side_px) } else { step.over(PicturePart::Lit, depth) };
     let mut found = step.draw_into(target, NOTHING)?;
     if is_filtered {
         let target = r.texture_of("gi.filter", desc);
         let step = r.fullscreen("gi.filter", "gi_filter", &[]).constants(&constants[..1]).uniform("gi", &uniform);
         let step = step.read("normal", &gbuffer.normal).read("linear_depth", &gbuffer.linear_depth);
         let step = step.read("noisy_light", &found);
-        let step = if of_few { step } else { step.over(PicturePart::Lit, depth) };
+        let step = if of_few { step.within_surfaces(side_px) } else { step.over(PicturePart::Lit, depth) };
         found = step.draw_into(target, NOTHING)?;
     }
     let takes_environment = !is_occluded && !r.view.is_environment_dark;

@@ -11,6 +11,7 @@ mod settings;
 
 pub use settings::{OcclusionMethod, OcclusionSettings};
 
+use crate::constants::DISTANCE_BACKGROUND_M;
 use crate::occlusion::{FoundBefore, Occlusion};
 use crate::record::{Fullscreen, PicturePart, Recorder, Texels, UNFILTERED_SAMPLES};
 use crate::shader::program::ProgramError;
@@ -39,6 +40,12 @@ const UNFILTERED_MEAN: u32 = 256;
 
 /// Where there is no surface.
 const OPEN: ColorLoad = ColorLoad::Clear(wgpu::Color { r: 1.0, g: 0.0, b: 0.0, a: 0.0 });
+
+/// The same in smaller pictures, as shaders write it: texels may say how far away their surface is.
+fn open_texel(has_distances: bool) -> ColorLoad {
+    let distance_m = if has_distances { f64::from(DISTANCE_BACKGROUND_M) } else { 0.0 };
+    ColorLoad::Clear(wgpu::Color { r: 1.0, g: distance_m, b: 0.0, a: 0.0 })
+}
 
 /// The radius, where the settings leave it open, as a share of the extent of what is seen.
 const RADIUS_SHARE: f32 = 0.05;
@@ -267,9 +274,9 @@ impl<'s> Finding<'s> {
             OcclusionMethod::Gtao => "occlusion_gtao",
             OcclusionMethod::Ssao => "occlusion_ssao",
         };
-        let of_surfaces = |step: Fullscreen<'_, '_>, target, depth| {
-            let step = if side_px == 1 { step.over(PicturePart::Surfaces, depth) } else { step };
-            step.draw_into(target, OPEN)
+        let of_surfaces = |step: Fullscreen<'_, '_>, target, depth, has_distances| match side_px {
+            1 => step.over(PicturePart::Surfaces, depth).draw_into(target, OPEN),
+            _ => step.within_surfaces(side_px).draw_into(target, open_texel(has_distances)),
         };
         let (noisy, blurred) = if is_filtered { (share_texture(r, look, desc), Some(target)) } else { (target, None) };
         let step = self.step(r.fullscreen(look, program, &[]), seen).constants(&[
@@ -282,11 +289,11 @@ impl<'s> Finding<'s> {
             OcclusionMethod::Gtao => step.constant("slices", slices).constant("steps", steps),
             OcclusionMethod::Ssao => step.constant("kernel", settings.points()),
         };
-        let found = of_surfaces(step, noisy, seen.depth)?;
+        let found = of_surfaces(step, noisy, seen.depth, self.has_distances)?;
         let Some(target) = blurred else { return Ok(found) };
         let step = self.step(r.fullscreen(blur, "occlusion_blur", &[]), seen);
         let step = step.constant("keeps_distances", u32::from(self.keeps_distances)).read("noisy_occlusion", &found);
-        of_surfaces(step, target, seen.depth)
+        of_surfaces(step, target, seen.depth, self.keeps_distances)
     }
 
     /// The step that brings what was `found` to the full size.

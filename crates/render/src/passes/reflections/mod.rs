@@ -214,7 +214,7 @@ fn record_upsampled(r: &mut Recorder<'_, '_>, seen: Seen<'_>, found: Reflections
     let target = r.texture("reflections.upsample", RADIANCE);
     let step = seen.gbuffer.read_by(r.fullscreen("reflections.upsample", "reflections_keep", &[]));
     let step = Reflections::read_by(Some(&found), step).constant("takes_mean", 0).stand_in("previous_reflections");
-    let texture = step.draw_into(target, ColorLoad::Discard)?;
+    let texture = step.within_surfaces(1).draw_into(target, NOTHING)?;
     Ok(Reflections { texture, side_px: 1, ..found })
 }
 
@@ -368,8 +368,8 @@ impl<'s> Tracing<'s> {
     fn draw_lit(&self, step: Fullscreen<'_, '_>, seen: Seen<'_>, target: Handle) -> Result<Handle, ProgramError> {
         let constants = [("side", self.side_px), ("patterned", u32::from(self.is_filtered))];
         let step = step.constants(&constants).uniform("reflections", &self.uniform);
-        let is_of_pixels = self.side_px == 1 && seen.depth.desc().samples == 1;
-        let step = if is_of_pixels { step.over(PicturePart::Lit, seen.depth) } else { step };
+        let is_tested = self.side_px == 1 && seen.depth.desc().samples == 1;
+        let step = if is_tested { step.over(PicturePart::Lit, seen.depth) } else { step.within_surfaces(self.side_px) };
         step.draw_into(target, NOTHING)
     }
 }
