@@ -48,7 +48,7 @@ pub(super) fn constants_of(
     if settings.shadows.enabled && settings.shadows.filter == ShadowFilter::Pcf && settings.shadows.kernel != 2 {
         constants.push(("kernel_side", settings.shadows.kernel));
     }
-    if takes_one_tap(&asked.request, world) {
+    if takes_one_tap(&asked.request, world, table) {
         constants.push(("takes_one_tap", 1));
     }
     if settings.shadows.has_contact() {

@@ -7,6 +7,7 @@ use super::lit::{Lit, World};
 use super::next::NextState;
 use crate::draws::WorldDraws;
 use crate::gpu::{Gpu, destroy};
+use crate::lights::LightTable;
 use crate::record::{InstanceTable, depth_texture};
 use crate::request::{FrameRequest, FrameStats};
 use crate::shadows::{AROUND_DIRECTIONAL_PX, FrameShadows, ShadowFilter, ShadowSettings, Shadows, Viewer};
@@ -14,6 +15,10 @@ use crate::transparency::Masks;
 use manypass_graph::TextureDesc;
 use manypass_scene::{NodeId, Scene};
 use std::hash::{DefaultHasher, Hash, Hasher};
+
+/// From more lights on, four comparisons of each a sample cost more than the grain of one is worth: a tenth of the demo's
+/// hall, which has 1,184.
+const GRAINY_LIGHTS: u32 = 8;
 
 /// What the renderer keeps of shadows.
 #[derive(Debug)]
@@ -92,12 +97,12 @@ fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a
 /// Whether a sample of a still compares but once with a map, by turns at the four places of a filter: in their mean
 /// that is the filter. With few samples, each place would meet too few parts of a pixel; and one that is shown before
 /// the others are there is filtered like a picture of its own. Surfaces that let light through are in maps by chance,
-/// and one comparison of few texels would show that as grain.
-pub(super) fn takes_one_tap(request: &FrameRequest, world: &WorldDraws) -> bool {
+/// and one comparison of few texels would show that as grain; of many lights no one's grain is seen.
+pub(super) fn takes_one_tap(request: &FrameRequest, world: &WorldDraws, lights: &LightTable) -> bool {
     let (settings, (sample_index, sample_count)) = (&request.settings.shadows, request.sample());
     let is_shown = request.goes_on && sample_index == 0;
     let has_four = settings.filter == ShadowFilter::Pcf && settings.kernel == 2;
-    let is_whole = world.opaque_count == world.items.len();
+    let is_whole = world.opaque_count == world.items.len() || lights.len() > GRAINY_LIGHTS;
     settings.enabled && has_four && sample_count >= 16 && !is_shown && is_whole
 }
 
