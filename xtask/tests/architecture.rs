@@ -1,6 +1,7 @@
 //! ARCHITECTURE.md and the pages of decisions: short enough to be read, their links lead somewhere, and the files that
 //! they name are there.
 
+use manypass_testkit::pages::prose;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -39,20 +40,6 @@ fn decisions() -> BTreeSet<String> {
 fn pages() -> Vec<String> {
     let of_decisions = decisions().into_iter().map(|name| format!("{DECISIONS}/{name}"));
     [ARCHITECTURE.to_owned(), format!("{DECISIONS}/README.md")].into_iter().chain(of_decisions).collect()
-}
-
-/// The lines outside of code, with their numbers from 1.
-fn prose(text: &str) -> Vec<(usize, &str)> {
-    let mut is_inside = false;
-    let mut lines = Vec::new();
-    for (number, line) in (1..).zip(text.lines()) {
-        if line.trim_start().starts_with("```") {
-            is_inside = !is_inside;
-        } else if !is_inside {
-            lines.push((number, line));
-        }
-    }
-    lines
 }
 
 /// Where the links of a line lead, without anchors and other sites.

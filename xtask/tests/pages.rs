@@ -1,6 +1,6 @@
 //! The form of the pages: how long lines are, where links lead, and that what they name is there.
 
-use manypass_testkit::pages::{self, root};
+use manypass_testkit::pages::{self, prose, root};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Component, Path, PathBuf};
 
@@ -17,30 +17,16 @@ fn all() -> BTreeMap<String, String> {
     all
 }
 
-/// The lines of a page that are not code, with their numbers from 1.
-fn outside_of_code(text: &str) -> Vec<(usize, &str)> {
-    let mut is_inside = false;
-    let mut lines = Vec::new();
-    for (number, line) in (1..).zip(text.lines()) {
-        if line.trim_start().starts_with("```") {
-            is_inside = !is_inside;
-        } else if !is_inside {
-            lines.push((number, line));
-        }
-    }
-    lines
-}
-
 /// Numbers of lines that are too long and neither code nor of a table.
 fn long_lines(text: &str) -> Vec<usize> {
-    let lines = outside_of_code(text).into_iter();
+    let lines = prose(text).into_iter();
     let long = lines.filter(|(_, line)| !line.trim_start().starts_with('|') && line.chars().count() > LINE_MAX);
     long.map(|(number, _)| number).collect()
 }
 
 /// The anchors of a page's headings, as GitHub makes them.
 fn anchors(text: &str) -> BTreeSet<String> {
-    let headings = outside_of_code(text).into_iter().filter(|(_, line)| line.starts_with('#'));
+    let headings = prose(text).into_iter().filter(|(_, line)| line.starts_with('#'));
     let anchor = |line: &str| -> String {
         let heading = line.trim_start_matches('#').trim().to_lowercase();
         let kept = heading.chars().filter(|letter| letter.is_alphanumeric() || [' ', '-', '_'].contains(letter));
@@ -52,7 +38,7 @@ fn anchors(text: &str) -> BTreeSet<String> {
 /// What a page links to within the repository: the line, the path and the anchor, each empty if there is none.
 fn links(text: &str) -> Vec<(usize, String, String)> {
     let mut links = Vec::new();
-    for (number, line) in outside_of_code(text) {
+    for (number, line) in prose(text) {
         let prose: String = line.split('`').step_by(2).collect();
         for target in prose.split("](").skip(1).filter_map(|rest| rest.split(')').next()) {
             if !target.contains("://") {
@@ -97,7 +83,7 @@ fn code(line: &str) -> impl Iterator<Item = &str> {
 
 /// Rows of the tables of a page, with their cells; a link's text may hold no `|`.
 fn rows(text: &str) -> Vec<Vec<&str>> {
-    let lines = outside_of_code(text).into_iter().map(|(_, line)| line);
+    let lines = prose(text).into_iter().map(|(_, line)| line);
     let rows = lines.filter(|line| line.starts_with('|') && !line.starts_with("|---"));
     rows.map(|row| row.trim_matches('|').split('|').map(str::trim).collect()).collect()
 }

@@ -55,6 +55,20 @@ pub fn pages() -> Vec<(String, String)> {
     pages.into_iter().map(read).collect()
 }
 
+/// The lines of a page that are not code, with their numbers from 1.
+pub fn prose(text: &str) -> Vec<(usize, &str)> {
+    let mut is_code = false;
+    let mut lines = Vec::new();
+    for (number, line) in (1..).zip(text.lines()) {
+        if line.trim_start().starts_with("```") {
+            is_code = !is_code;
+        } else if !is_code {
+            lines.push((number, line));
+        }
+    }
+    lines
+}
+
 /// The pages in a folder and in those below it, from the repository's root.
 fn below(folder: &str) -> Vec<String> {
     let entries = std::fs::read_dir(root().join(folder)).expect("a folder of pages");
