@@ -13,9 +13,9 @@ mod constants;
 mod programs;
 
 /// What can be an `override` constant of a shader is none of its axes, so that all programs together are few modules:
-/// 64 for materials, lights and what they are shown by, and those of effects in the picture: 4 of `occlusion`, 6 of
+/// 64 for materials, lights and what they are shown by, and those of effects in the picture: 4 of `occlusion`, 7 of
 /// `reflections`, 3 of `gi`, `scrub`, 2 of `taa`, `upscale`, 2 of `nearest`; `overlay`; 2 of `mirrors`; 2 of `water`; `portals`; 2 of surroundings; 3 of `particles`; `decals_mark`; `probes`, and 5 that find their light; 2 of `transmittance`; 2 of `glass`.
-const MODULES_MAX: usize = 64 + 4 + 6 + 3 + 1 + 2 + 1 + 2 + 1 + 2 + 2 + 1 + 2 + 3 + 1 + 6 + 2 + 2;
+const MODULES_MAX: usize = 64 + 4 + 7 + 3 + 1 + 2 + 1 + 2 + 1 + 2 + 2 + 1 + 2 + 3 + 1 + 6 + 2 + 2;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");

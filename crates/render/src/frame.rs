@@ -281,7 +281,7 @@ fn compose_mirrors(
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
     match mirrored {
-        Some(mirrored) => reflections::record_composed(r, "mirrors.compose", seen, mirrored, radiance),
+        Some(mirrored) => reflections::record_composed(r, "mirrors.compose", seen, (mirrored, None), radiance),
         None => Ok(radiance),
     }
 }

@@ -67,6 +67,8 @@ pub struct Fullscreen<'r, 'f> {
     constants: Vec<Constant>,
     /// Vertices and instances.
     elements: (u32, u32),
+    /// Whether the vertex stage places them in the whole target, whatever rectangles are drawn into.
+    is_placed_in_target: bool,
 }
 
 impl<'r, 'f> Fullscreen<'r, 'f> {
@@ -84,6 +86,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             surfaces_side_px: None,
             constants: Vec::new(),
             elements: (3, 1),
+            is_placed_in_target: false,
         }
     }
 
@@ -184,6 +187,12 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         self
     }
 
+    /// As [`Self::quads`], of tiles of the target, of which the vertex stage leaves out some (`drawn_tiles.wgsl`).
+    pub fn tiles(mut self, count: u32) -> Self {
+        self.is_placed_in_target = true;
+        self.quads(count)
+    }
+
     /// Draws `count` triangles in its place, which the program's own vertex stage places.
     pub fn triangles(mut self, count: u32) -> Self {
         self.elements = (count.saturating_mul(3), 1);
@@ -264,7 +273,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
         let program = pipeline.program.clone();
         let slots = self.slots(&program)?;
         let rectangles = self.drawn_rectangles(desc);
-        let Self { mut pass, frame, view, elements: (vertices, instances), .. } = self;
+        let Self { mut pass, frame, view, elements: (vertices, instances), is_placed_in_target, .. } = self;
         pass.count_draws(rectangles.as_ref().map_or(1, Vec::len));
         pass.draw(move |context| {
             let resources: Option<Vec<_>> = slots.into_iter().map(|slot| slot.resource(context)).collect();
@@ -281,7 +290,9 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
             }
             let Some(rectangles) = rectangles else { return render_pass.draw(0..vertices, 0..instances) };
             for [x, y, width, height] in rectangles {
-                render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+                if !is_placed_in_target {
+                    render_pass.set_viewport(x as f32, y as f32, width as f32, height as f32, 0.0, 1.0);
+                }
                 render_pass.set_scissor_rect(x, y, width, height);
                 render_pass.draw(0..vertices, 0..instances);
             }

@@ -4,15 +4,24 @@
 // radiance.
 // Program: reflections_compose.
 
-import package::view::position_world_from_pixel;
+import package::view::{position_world_from_pixel, view};
 import package::constants::{DISTANCE_BACKGROUND_M, RADIANCE_MAX};
 import package::gbuffer::is_lit_deferred;
 import package::shaders::ambient::{LEFT_SHARE, mirrored_environment};
 import package::shaders::coarse_occlusion::seen_by_sample;
 import package::shaders::coarse_reflections::reflected_at;
+import package::shaders::drawn_tiles::tile_corner;
 import package::shaders::colour::half_float_clamped;
 import package::shaders::gbuffer_textures::{surface_at, distance_at, normal_world_at};
 import package::shaders::shaded_place::shading_at;
+
+@vertex
+fn vs_reflections_compose(
+    @builtin(vertex_index) vertex: u32,
+    @builtin(instance_index) instance: u32,
+) -> @builtin(position) vec4f {
+    return tile_corner(vertex, instance, view.size_px);
+}
 
 @fragment
 fn fs_reflections_compose(@builtin(position) position: vec4f) -> @location(0) vec4f {

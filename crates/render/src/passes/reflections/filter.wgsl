@@ -15,6 +15,7 @@ import package::passes::reflections::rays::{
 };
 import package::shaders::bilateral::middle_of_texel;
 import package::shaders::coarse::pixel_of_texel;
+import package::shaders::drawn_tiles::tile_corner;
 import package::shaders::coarse_reflections::{LIKENESS_REACH, reflected_at, reflections_side};
 import package::shaders::gbuffer_textures::{distance_at, normal_world_at, surface_at};
 import package::shaders::samplers::nearest_clamp;
@@ -54,6 +55,14 @@ fn texel_at(uv: vec2f) -> Texel {
     let narrower = steps_narrower_of(packed.a);
     let reach = WIDEST - (WIDEST - 1.0) * narrower / NARROW_STEPS;
     return Texel(vec4f(packed.rgb, packed.a - narrower), reach);
+}
+
+@vertex
+fn vs_reflections_filter(
+    @builtin(vertex_index) vertex: u32,
+    @builtin(instance_index) instance: u32,
+) -> @builtin(position) vec4f {
+    return tile_corner(vertex, instance, vec2f(textureDimensions(noisy_reflections)));
 }
 
 @fragment

@@ -9,21 +9,23 @@
 //! surface and with the same shares; surfaces that are shaded where they are drawn do that themselves.
 //! Reads: G-buffer, linear_depth, occlusion, radiance. Writes: radiance.
 
+mod inputs;
 mod settings;
+mod tiles;
 
 pub use settings::ReflectionSettings;
 
-use crate::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
-use crate::gbuffer::{Gbuffer, LINEAR_DEPTH, RADIANCE};
+use crate::constants::RADIANCE_MAX;
+use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::occlusion::Occlusion;
-use crate::record::{ADD, DrawSelection, Fullscreen, PicturePart, Recorder, Texels};
+use crate::record::{ADD, Fullscreen, PicturePart, Recorder};
 use crate::resolution::Resolution;
 use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
-use glam::Vec2;
-use manypass_graph::{ColorLoad, DepthLoad, Handle, History, TextureDesc};
+use inputs::{Inputs, record_backs, record_coarse_radiance, record_pyramid};
+use manypass_graph::{ColorLoad, Handle, History, TextureDesc};
 use manypass_scene::Aabb;
-use std::iter::successors;
+use tiles::Tiles;
 
 /// Where nothing is reflected.
 const NOTHING: ColorLoad = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
@@ -52,9 +54,6 @@ const FILTERED_RAYS: u32 = 16;
 /// texel has had each ray.
 const PATTERN_SIDE: f32 = 4.0;
 
-/// Levels of the picture's light, the first of half its size.
-const COARSE_LEVELS: u32 = 5;
-
 /// The uniform of `rays.wgsl`; a test compares the two layouts.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
@@ -73,14 +72,6 @@ struct ReflectionsUniform {
     /// Half of how far apart texels lie whose rays are alike, in pixels, counting those of all samples; 0 where every
     /// texel has a ray of its own.
     spacing_px: f32,
-}
-
-/// The uniform of `halve.wgsl`; a test compares the two layouts.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
-struct CoarseLevelUniform {
-    inverse_size: Vec2,
-    inverse_finer_size: Vec2,
 }
 
 impl ReflectionsUniform {
@@ -196,12 +187,12 @@ pub fn record(
         return Ok((radiance, None));
     }
     let met = seen.radiance.unwrap_or(&radiance);
-    let found = match kept.kept {
+    let (found, tiles) = match kept.kept {
         Keeping::Nothing => Tracing::new(r, settings, (r.view.sample_count, UNFILTERED_RAYS)).record(r, seen, met)?,
         Keeping::Mean(mean, whole) => record_mean(r, settings, (seen, met), (mean, whole))?,
-        Keeping::Found(found) => found,
+        Keeping::Found(found) => (found, None),
     };
-    let radiance = record_composed(r, "reflections.compose", seen, &found, radiance)?;
+    let radiance = record_composed(r, "reflections.compose", seen, (&found, tiles.as_ref()), radiance)?;
     let of_pixels = r.shows_shaded_where_drawn().then(|| record_upsampled(r, seen, found)).transpose()?;
     Ok((radiance, of_pixels))
 }
@@ -218,7 +209,7 @@ fn record_upsampled(r: &mut Recorder<'_, '_>, seen: Seen<'_>, found: Reflections
     Ok(Reflections { texture, side_px: 1, ..found })
 }
 
-/// Puts what was found in the place of the environment's specular light, under the name `name`.
+/// Puts what was found, which is within `tiles`, in the place of the environment's specular light, under the name `name`.
 ///
 /// # Errors
 /// A program that does not compile.
@@ -226,12 +217,12 @@ pub fn record_composed(
     r: &mut Recorder<'_, '_>,
     name: &'static str,
     seen: Seen<'_>,
-    found: &Reflections,
+    (found, tiles): (&Reflections, Option<&Tiles>),
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
     let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_compose", &[]));
     let step = Occlusion::read_by(seen.occlusion, Reflections::read_by(Some(found), step));
-    step.over(PicturePart::Lit, seen.depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
+    Tiles::limit(tiles, 1, step).over(PicturePart::Lit, seen.depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }
 
 /// Of a still whose later samples leave tiles out: the mean of what each of its first `whole` samples finds, which draw
@@ -241,12 +232,12 @@ fn record_mean(
     settings: &ReflectionSettings,
     (seen, met): (Seen<'_>, &Handle),
     (mean, whole): (History, u32),
-) -> Result<Reflections, ProgramError> {
-    let found = Tracing::new(r, settings, (whole, UNFILTERED_MEAN)).record(r, seen, met)?;
+) -> Result<(Reflections, Option<Tiles>), ProgramError> {
+    let (found, tiles) = Tracing::new(r, settings, (whole, UNFILTERED_MEAN)).record(r, seen, met)?;
     let step = seen.gbuffer.read_by(r.fullscreen("reflections.mean", "reflections_keep", &[]));
     let step = Reflections::read_by(Some(&found), step).read("previous_reflections", &mean.previous);
     step.draw_into(mean.next, ColorLoad::Discard)?;
-    Ok(found)
+    Ok((found, tiles))
 }
 
 /// Half of how far apart, in pixels, texels of `side_px` lie whose rays are alike, in the mean of so many samples.
@@ -287,8 +278,13 @@ impl<'s> Tracing<'s> {
         }
     }
 
-    /// Follows rays, and draws what they bring.
-    fn record(&self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, met: &Handle) -> Result<Reflections, ProgramError> {
+    /// Follows rays, and draws what they bring. Also gives the tiles in which that is.
+    fn record(
+        &self,
+        r: &mut Recorder<'_, '_>,
+        seen: Seen<'_>,
+        met: &Handle,
+    ) -> Result<(Reflections, Option<Tiles>), ProgramError> {
         let inputs = Inputs {
             seen,
             met,
@@ -297,16 +293,21 @@ impl<'s> Tracing<'s> {
             backs: if self.settings.thickness_m > 0.0 { None } else { Some(record_backs(r)?) },
         };
         let rays = self.record_rays(r, "reflections", &inputs, None)?;
-        let filtered =
-            self.is_filtered.then(|| self.record_filter(r, "reflections.filter", seen, (&rays, None))).transpose()?;
         let sharp = self.sharp(r);
-        let sharp_rays =
-            sharp.as_ref().map(|sharp| sharp.record_rays(r, "reflections.smooth", &inputs, Some(&rays))).transpose()?;
+        let tiles = Tiles::record(r, &rays, self.side_px)?;
+        let filtered = self
+            .is_filtered
+            .then(|| self.record_filter(r, "reflections.filter", seen, (&rays, None, &tiles)))
+            .transpose()?;
+        let sharp_rays = sharp
+            .as_ref()
+            .map(|sharp| sharp.record_rays(r, "reflections.smooth", &inputs, Some((&rays, &tiles))))
+            .transpose()?;
         let texture = filtered.unwrap_or(rays);
         let coarse = Reflections { texture, side_px: self.side_px, roughness_max: self.settings.roughness_max };
-        let (Some(sharp), Some(sharp_rays)) = (sharp, sharp_rays) else { return Ok(coarse) };
-        let texture = sharp.record_filter(r, "reflections.sharpen", seen, (&sharp_rays, Some(&coarse)))?;
-        Ok(Reflections { texture, side_px: 1, ..coarse })
+        let (Some(sharp), Some(sharp_rays)) = (sharp, sharp_rays) else { return Ok((coarse, Some(tiles))) };
+        let texture = sharp.record_filter(r, "reflections.sharpen", seen, (&sharp_rays, Some(&coarse), &tiles))?;
+        Ok((Reflections { texture, side_px: 1, ..coarse }, Some(tiles)))
     }
 
     /// The same for each pixel of flat smooth surfaces, if there may be any: edges in mirrors are as sharp as others. At
@@ -328,7 +329,7 @@ impl<'s> Tracing<'s> {
         r: &mut Recorder<'_, '_>,
         name: &'static str,
         inputs: &Inputs<'_>,
-        coarse: Option<&Handle>,
+        coarse: Option<(&Handle, &Tiles)>,
     ) -> Result<Handle, ProgramError> {
         let Inputs { seen, met, pyramid, coarse_radiance, backs } = inputs;
         let target = r.texture_of(name, self.desc);
@@ -341,14 +342,14 @@ impl<'s> Tracing<'s> {
             None => step.stand_in("back_distances"),
         };
         let step = match coarse {
-            Some(rays) => step.read("coarse_reflections", rays),
+            Some((rays, _)) => step.read("coarse_reflections", rays),
             None => step.stand_in("coarse_reflections"),
         };
         let step = match seen.mirrored {
             Some(mirrored) => step.constant("has_mirrors", 1).read("mirrored", mirrored),
             None => step.stand_in("mirrored"),
         };
-        self.draw_lit(step, *seen, target)
+        self.draw_lit(step, *seen, (target, coarse.map(|(_, tiles)| tiles)))
     }
 
     /// Takes noise and dots out of `noisy`, and puts what is of smooth surfaces over `coarse`.
@@ -357,91 +358,27 @@ impl<'s> Tracing<'s> {
         r: &mut Recorder<'_, '_>,
         name: &'static str,
         seen: Seen<'_>,
-        (noisy, coarse): (&Handle, Option<&Reflections>),
+        (noisy, coarse, tiles): (&Handle, Option<&Reflections>, &Tiles),
     ) -> Result<Handle, ProgramError> {
         let target = r.texture_of(name, self.desc);
         let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_filter", &[]));
         let step = Reflections::read_by(coarse, step).read("noisy_reflections", noisy);
-        self.draw_lit(step, seen, target)
+        self.draw_lit(step, seen, (target, Some(tiles)))
     }
 
-    fn draw_lit(&self, step: Fullscreen<'_, '_>, seen: Seen<'_>, target: Handle) -> Result<Handle, ProgramError> {
+    fn draw_lit(
+        &self,
+        step: Fullscreen<'_, '_>,
+        seen: Seen<'_>,
+        (target, tiles): (Handle, Option<&Tiles>),
+    ) -> Result<Handle, ProgramError> {
+        let step = Tiles::limit(tiles, self.side_px, step);
         let constants = [("side", self.side_px), ("patterned", u32::from(self.is_filtered))];
         let step = step.constants(&constants).uniform("reflections", &self.uniform);
         let is_tested = self.side_px == 1 && seen.depth.desc().samples == 1;
         let step = if is_tested { step.over(PicturePart::Lit, seen.depth) } else { step.within_surfaces(self.side_px) };
         step.draw_into(target, NOTHING)
     }
-}
-
-/// What rays go through.
-struct Inputs<'i> {
-    seen: Seen<'i>,
-    /// The light that they meet.
-    met: &'i Handle,
-    pyramid: Handle,
-    coarse_radiance: Handle,
-    backs: Option<Handle>,
-}
-
-/// How far away the backs of bodies are, so that it is known where what is seen of them ends.
-fn record_backs(r: &mut Recorder<'_, '_>) -> Result<Handle, ProgramError> {
-    let depth = r.texture_of(
-        "reflections.backs",
-        TextureDesc { format: r.frame.gpu.capabilities.depth_format, ..r.view.desc(LINEAR_DEPTH) },
-    );
-    let mut pass = r.surfaces("reflections.backs", "geometry");
-    let depth = pass.depth(depth, DepthLoad::Clear { depth: 0.0, stencil: 0 });
-    pass.backs();
-    pass.draw_opaque(DrawSelection::Hiding)?;
-    let target = r.texture("reflections.back_distances", LINEAR_DEPTH);
-    r.declare_texels(&target, Texels::Distance);
-    let step = r.fullscreen("reflections.back_distances", "linear_depth", &[]).constant("leaves_out", 0);
-    step.read_depth("depth", &depth).draw_into(target, ColorLoad::Discard)
-}
-
-/// The least distances of pixels, and of squares of 2 × 2, 4 × 4, … of them.
-fn record_pyramid(r: &mut Recorder<'_, '_>, linear_depth: &Handle) -> Result<Handle, ProgramError> {
-    let largest = 1 << (REFLECTION_LEVELS - 1);
-    let [width, height] = [r.view.size.0, r.view.size.1].map(|side| side.next_multiple_of(largest));
-    let desc = TextureDesc { mips: REFLECTION_LEVELS, ..TextureDesc::new_2d(width, height, LINEAR_DEPTH) };
-    let pyramid = r.texture_of("reflections.pyramid", desc);
-    r.declare_texels(&pyramid, Texels::Distance);
-    for level in 0..REFLECTION_LEVELS {
-        let target = r.graph.subview(&pyramid, level, 0);
-        let finer = (level > 0).then(|| r.graph.subview(&pyramid, level - 1, 0));
-        let name = format!("reflections.pyramid.{level}");
-        let step = r.fullscreen(name, "reflections_pyramid", &[]).constant("begins", u32::from(level == 0));
-        step.read("finer", finer.as_ref().unwrap_or(linear_depth)).draw_into(target, ColorLoad::Discard)?;
-    }
-    Ok(pyramid)
-}
-
-/// The light of the picture at half its size, and at halves of that.
-fn record_coarse_radiance(r: &mut Recorder<'_, '_>, radiance: &Handle) -> Result<Handle, ProgramError> {
-    let sizes: Vec<(u32, u32)> = successors(Some(r.view.size), |(width, height)| {
-        ((*width).max(*height) > 1).then_some(((width / 2).max(1), (height / 2).max(1)))
-    })
-    .skip(1)
-    .take(COARSE_LEVELS as usize)
-    .collect();
-    let (width, height) = sizes.first().copied().unwrap_or((1, 1));
-    let mips = sizes.len().max(1) as u32;
-    let coarse =
-        r.texture_of("reflections.radiance", TextureDesc { mips, ..TextureDesc::new_2d(width, height, RADIANCE) });
-    let inverse = |(width, height): (u32, u32)| Vec2::new(width as f32, height as f32).recip();
-    for level in 0..mips {
-        let target = r.graph.subview(&coarse, level, 0);
-        let finer = (level > 0).then(|| r.graph.subview(&coarse, level - 1, 0));
-        let size_of = |level: u32| sizes.get(level as usize).copied().unwrap_or((1, 1));
-        let finer_size = level.checked_sub(1).map_or(r.view.size, size_of);
-        let uniform =
-            CoarseLevelUniform { inverse_size: inverse(size_of(level)), inverse_finer_size: inverse(finer_size) };
-        let name = format!("reflections.radiance.{level}");
-        let step = r.fullscreen(name, "reflections_halve", &[]).uniform("coarse_level", &uniform);
-        step.read("finer", finer.as_ref().unwrap_or(radiance)).draw_into(target, ColorLoad::Discard)?;
-    }
-    Ok(coarse)
 }
 
 #[cfg(test)]
@@ -467,7 +404,6 @@ mod tests {
                 spacing_px
             ]
         );
-        assert_same_layout!("reflections_halve", "CoarseLevel", CoarseLevelUniform, [inverse_size, inverse_finer_size]);
     }
 
     #[test]
