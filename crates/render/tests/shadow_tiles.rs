@@ -218,9 +218,9 @@ fn off_line(values: &[f32]) -> f32 {
     (places().map(|(at, value)| (value - slope * at).powi(2)).sum::<f32>() / count).sqrt()
 }
 
-/// From above: the edge of a box's shadow runs down the picture and crosses the rows of the map at a small angle.
-#[test]
-fn a_lone_lamp_has_the_room_of_the_atlas() {
+/// By how many pixels the edge of a box's shadow lies off a straight line, in the mean of so many samples. Seen from
+/// above it runs down the picture, and crosses the rows of the lamp's map at a small angle.
+fn edge_off_line_px(samples: u32) -> f32 {
     let projection = Projection::Orthographic { height_m: 1.2, near_m: 0.1, far_m: 100.0 };
     let mut builder = SceneBuilder::new(Vec3::new(0.0, 5.0, 0.5), Vec3::ZERO, projection);
     builder.put(primitives::plane(8.0), grey(0.5), at(Vec3::ZERO));
@@ -228,12 +228,24 @@ fn a_lone_lamp_has_the_room_of_the_atlas() {
     builder.put(primitives::cube(Vec3::new(1.0, 0.6, 3.0)), grey(0.5), turned);
     builder.light(light(SPOT, 30.0), Vec3::new(-0.9, 3.0, 0.0), Vec3::NEG_Y);
     let scene = builder.finish();
-    let share = shares(&scene, &request(&scene), 1);
+    let share = shares(&scene, &request(&scene), samples);
     // From where it is dark in all rows to where it is lit in all.
     let lit_px = |y: usize| (78..115).map(|x| share[y * SIZE.0 as usize + x].unwrap_or(1.0).min(1.0)).sum::<f32>();
     let lit: Vec<f32> = (10..SIZE.1 as usize - 10).map(lit_px).collect();
     assert!(lit.iter().all(|lit| (12.0..35.0).contains(lit)), "nothing to look at: {lit:?}");
+    off_line(&lit)
+}
+
+#[test]
+fn a_lone_lamp_has_the_room_of_the_atlas() {
     // Teeth of a map half as fine as the atlas has room for: 0.46 of a pixel.
-    let off = off_line(&lit);
+    let off = edge_off_line_px(1);
     assert!(off < 0.33, "{off} of a pixel");
+}
+
+#[test]
+fn edges_of_shadows_of_few_lamps_are_straight_in_stills() {
+    let (one, still) = (edge_off_line_px(1), edge_off_line_px(16));
+    println!("{one} of a pixel off a line, {still} in the mean of 16 samples");
+    assert!(still < 0.25 * one, "{still} of a pixel, {one} in one sample");
 }

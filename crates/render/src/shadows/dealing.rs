@@ -6,7 +6,7 @@
 //! shines from another of its points in every frame, so that the mean has the penumbrae of all of it.
 
 use crate::lights::TableLight;
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use manypass_scene::LightKind;
 use std::f32::consts::TAU;
 
@@ -76,6 +76,18 @@ impl Dealing {
         TableLight { position: light.position + direction * (radius_share(c) * light.radius_m), ..*light }
     }
 
+    /// How far the texels of the map of a light at a place are moved in this frame, which is one of `lamps` that cast
+    /// shadows: edges in the mean are then as straight as what casts them, where a map that stays has steps. A light of
+    /// some size shines from other points anyway.
+    pub fn shift_texels(&self, light: &TableLight, lamps: usize) -> Vec2 {
+        let is_first_of_all = self.rounds.is_none() && self.frame == 0;
+        if !self.moves() || is_first_of_all || light.radius_m > 0.0 || lamps > SHIFTED_LAMPS {
+            return Vec2::ZERO;
+        }
+        let [x, y, _] = self.point(light.node.map_or(u32::MAX, |node| node.0));
+        Vec2::new(x, y) - 0.5
+    }
+
     /// A point of the unit cube, another one for every frame and light: a sequence of the generalised golden ratio
     /// (Roberts 2018), from another beginning for every light.
     fn point(&self, light: u32) -> [f32; 3] {
@@ -107,6 +119,10 @@ fn radius_share(share: f32) -> f32 {
     }
     0.5 * (low + high)
 }
+
+/// So many lamps have their maps drawn anew in every frame of a still: of more the maps cost more than steps of their
+/// edges are seen.
+const SHIFTED_LAMPS: usize = 4;
 
 /// The most choices of a picture.
 const PATTERNS_MAX: u32 = 16;
@@ -238,5 +254,13 @@ mod tests {
         assert!(inner.iter().all(|count| count.abs_diff(frames / 2) < frames / 40), "{inner:?}");
         let live = |frame| Dealing { frame, frames, rounds: None, goes_on: true }.moved(&light).position;
         assert!(live(0) == Vec3::ZERO && live(1) != Vec3::ZERO, "what may be all that is seen has the middle");
+        // The texels of a light of some size need not move.
+        let still = |frame| Dealing { frame, frames, rounds: Some(1), goes_on: false };
+        assert_eq!(still(3).shift_texels(&light, 1), Vec2::ZERO);
+        let small = TableLight { radius_m: 0.0, ..light };
+        let shifts = Vec::from_iter((0..16).map(|frame| still(frame).shift_texels(&small, SHIFTED_LAMPS)));
+        assert!(shifts.iter().all(|shift| shift.abs().max_element() <= 0.5), "{shifts:?}");
+        assert!(shifts.iter().sum::<Vec2>().length() < 1.5 && shifts[0] != shifts[1], "{shifts:?}");
+        assert_eq!(still(3).shift_texels(&small, SHIFTED_LAMPS + 1), Vec2::ZERO);
     }
 }

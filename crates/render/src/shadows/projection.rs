@@ -40,18 +40,28 @@ pub fn looking_along(direction: Vec3) -> Quat {
 
 impl TileProjection {
     /// Of a tile of `side` texels that looks from `position` along −Z of `world_from_light`. Within its border it sees
-    /// what lies within `tangent` of its axis, and nothing nearer than `near_m`.
-    pub fn perspective(position: Vec3, world_from_light: Quat, tangent: f32, near_m: f32, side: u32) -> Self {
-        let tangent = tangent / (1.0 - 2.0 * BORDER_TEXELS / side as f32).max(0.25);
+    /// what lies within `tangent` of its axis, and nothing nearer than `near_m`. Its texels are moved by `shift_texels`,
+    /// at most half a texel along an axis, and the border is wider by as much.
+    pub fn perspective(
+        position: Vec3,
+        world_from_light: Quat,
+        [tangent, near_m]: [f32; 2],
+        shift_texels: Vec2,
+        side: u32,
+    ) -> Self {
+        let border = BORDER_TEXELS + shift_texels.abs().max_element();
+        let tangent = tangent / (1.0 - 2.0 * border / side as f32).max(0.25);
         let axis = |axis: Vec3, scale: f32| {
             let axis = world_from_light * axis * scale;
             axis.extend(-axis.dot(position))
         };
+        let depth = axis(Vec3::NEG_Z, 1.0 / near_m);
+        let shift = shift_texels * 2.0 / side as f32;
         Self {
             rows: [
-                axis(Vec3::X, 1.0 / (tangent * near_m)),
-                axis(Vec3::Y, 1.0 / (tangent * near_m)),
-                axis(Vec3::NEG_Z, 1.0 / near_m),
+                axis(Vec3::X, 1.0 / (tangent * near_m)) + depth * shift.x,
+                axis(Vec3::Y, 1.0 / (tangent * near_m)) + depth * shift.y,
+                depth,
             ],
             is_perspective: true,
             is_of_ground: false,
@@ -116,7 +126,7 @@ mod tests {
     #[test]
     fn faces_of_a_cube_see_all_directions_with_a_border() {
         let position = Vec3::new(1.0, -2.0, 3.0);
-        let tiles = cube_faces().map(|face| TileProjection::perspective(position, face, 1.0, 0.05, 64));
+        let tiles = cube_faces().map(|face| TileProjection::perspective(position, face, [1.0, 0.05], Vec2::ZERO, 64));
         for i in 0..2000u16 {
             let angle = f32::from(i) * 2.4;
             let height = 1.0 - f32::from(i) / 1000.0;

@@ -86,7 +86,7 @@ impl WithRoom {
 /// What a tile is to see, before it is known how large it is.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Aim {
-    Rays { position: Vec3, rotation: Quat, tangent: f32, near_m: f32 },
+    Rays { position: Vec3, rotation: Quat, tangent: f32, near_m: f32, shift_texels: Vec2 },
     Parallel { rotation: Quat, center: Vec3, half_m: f32, depth: [f32; 2] },
 }
 
@@ -103,8 +103,8 @@ pub(crate) const AROUND_DIRECTIONAL_PX: u32 = 512;
 impl Aim {
     pub fn projection(&self, side: u32) -> TileProjection {
         match *self {
-            Self::Rays { position, rotation, tangent, near_m } => {
-                TileProjection::perspective(position, rotation, tangent, near_m, side)
+            Self::Rays { position, rotation, tangent, near_m, shift_texels } => {
+                TileProjection::perspective(position, rotation, [tangent, near_m], shift_texels, side)
             }
             Self::Parallel { rotation, center, half_m, depth } => {
                 // The grid of texels stays where it is in the world, so that a moving camera moves no shadow's edge.
@@ -137,16 +137,18 @@ impl Aim {
         Self::Parallel { rotation, center, half_m, depth: [nearest.min(depth[0]), farthest.max(depth[1])] }
     }
 
-    /// The tiles of a light at a place.
-    pub fn of_local(light: &TableLight) -> Vec<Self> {
+    /// The tiles of a light at a place, whose texels are moved by `shift_texels`.
+    pub fn of_local(light: &TableLight, shift_texels: Vec2) -> Vec<Self> {
         let near_m = (light.range_m.unwrap_or(f32::INFINITY) * NEAR_SHARE).clamp(NEAR_M[0], NEAR_M[1]);
         let position = light.position;
         match light.kind {
             LightKind::Spot { outer_cone_rad, .. } if outer_cone_rad < SPOT_MAX_RAD => {
                 let (rotation, tangent) = (looking_along(light.direction), outer_cone_rad.max(0.01).tan());
-                vec![Self::Rays { position, rotation, tangent, near_m }]
+                vec![Self::Rays { position, rotation, tangent, near_m, shift_texels }]
             }
-            _ => cube_faces().map(|rotation| Self::Rays { position, rotation, tangent: 1.0, near_m }).to_vec(),
+            _ => cube_faces()
+                .map(|rotation| Self::Rays { position, rotation, tangent: 1.0, near_m, shift_texels })
+                .to_vec(),
         }
     }
 }
@@ -246,6 +248,8 @@ impl Shadows {
     ) -> Vec<Wanting> {
         let mut wanting: BTreeMap<LightKey, Wanting> = BTreeMap::new();
         let mut everywhere = None;
+        let is_lamp = |light: &&TableLight| light.casts_shadows && light.kind != LightKind::Directional;
+        let lamps = views.iter().map(|(_, table)| table.lights.iter().filter(is_lamp).count()).max().unwrap_or(0);
         for (viewer, table) in views {
             for source in table.lights.iter().filter(|light| light.casts_shadows) {
                 let light = &dealing.moved(source);
@@ -271,7 +275,10 @@ impl Shadows {
                             (aims, OfLight { items, is_in_emitter: false })
                         } else {
                             let range_m = light.range_m.unwrap_or(f32::INFINITY);
-                            (Aim::of_local(light), casters.around(light.position, source.position, range_m))
+                            (
+                                Aim::of_local(light, dealing.shift_texels(light, lamps)),
+                                casters.around(light.position, source.position, range_m),
+                            )
                         };
                         // The smallest tile has the widest border.
                         let shows = |aim: &Aim| {
@@ -300,5 +307,5 @@ impl Shadows {
 
 /// Whether one tile shows all that the light reaches.
 fn is_single(light: &TableLight) -> bool {
-    matches!(light.kind, LightKind::Spot { .. }) && Aim::of_local(light).len() == 1
+    matches!(light.kind, LightKind::Spot { .. }) && Aim::of_local(light, Vec2::ZERO).len() == 1
 }
