@@ -200,6 +200,27 @@ fn a_frame_that_fails_leaves_a_live_view_as_it_is() {
 }
 
 #[test]
+fn a_frame_that_fails_forgets_nothing_that_was_refused_of_loading() {
+    let scene = stage();
+    let request = live_request(&scene);
+    let mut failed = renderer();
+    let first = picture(&mut failed, &scene, &request);
+    // What no device takes, as a texture without room would be.
+    let descriptor = wgpu::BufferDescriptor {
+        label: Some("no room"),
+        size: 1 << 60,
+        usage: wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    };
+    drop(failed.gpu().device.create_buffer(&descriptor));
+    read_motion([&mut failed, &mut renderer()], &scene, &request);
+    let error = failed.load(&scene).unwrap_err().to_string();
+    assert!(error.contains("create_buffer"), "{error}");
+    failed.load(&scene).unwrap();
+    assert!(picture(&mut failed, &scene, &request) == first, "another picture after it was told");
+}
+
+#[test]
 fn a_plan_changes_nothing() {
     let scene = stage();
     let request = live_request(&scene);
