@@ -73,6 +73,11 @@ async function jump([backend, stage, model, program]) {
   for (let secs = 250; secs <= 10000; secs += 250) late = await at(steady, secs);
   const early = await at(steady, 500);
   if (late === early) faults.push("the simulation is not seen");
+  // What is asked of the last frame is of its time.
+  const radiance = (await within(steady.radiance(), "radiance")).join();
+  await steady.setTime(1e4);
+  if ((await within(steady.radiance(), "radiance")).join() !== radiance) faults.push("radiance is that of another time than the frame's");
+  if (await at(steady, 1e4) !== late) faults.push("a time that was asked for before radiance is not shown");
   steady.dispose();
 
   // The whole way at once, while the page does something else.

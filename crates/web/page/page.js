@@ -311,11 +311,13 @@ function followLoss(viewer) {
 
 /** Says how far simulations are on their way to another time, and then what was said before. */
 function followSimulations(viewer) {
-  let before;
+  let before, own;
   viewer.onsimulating = ({ simulation, done, total }) => {
-    before ??= message.textContent;
-    say(done < total ? `The simulation ${simulation}: ${done} of ${total} steps …` : before);
-    if (done === total) before = undefined;
+    // What plays makes a few steps a frame.
+    if (total < 100) return;
+    if (message.textContent !== own) before = message.textContent;
+    own = done < total ? `The simulation ${simulation}: ${done} of ${total} steps …` : before;
+    say(own);
   };
 }
 

@@ -89,9 +89,10 @@ impl ShownTime {
         // The listener may be another one afterwards.
         let listener = self.0.listener.borrow().clone();
         if let Some(listener) = listener {
-            let (done, total) = (progress.done as f64, progress.total as f64);
+            let name = JsValue::from(progress.name);
+            let [done, total] = [progress.done, progress.total].map(|steps| JsValue::from(steps as f64));
             // What it throws is not for the frame.
-            let _ = listener.call3(&JsValue::UNDEFINED, &progress.name.into(), &done.into(), &total.into());
+            let _ = listener.call3(&JsValue::UNDEFINED, &name, &done, &total);
         }
     }
 }
