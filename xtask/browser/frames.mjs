@@ -25,7 +25,7 @@ target = [0, 9, 0.5]
 fov_deg = 60
 size_px = [32, 32]
 material = "screen"
-luminance_cd_m2 = 4000
+slot = "base_color"
 update = "once"
 `;
 
