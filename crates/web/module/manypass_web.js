@@ -95,7 +95,8 @@ export class Viewer extends EventTarget {
     this.#extension = this.#context?.getExtension("WEBGL_lose_context") ?? null;
     this.#watch();
     this.#shownTime = module.shownTime();
-    this.#shownTime.listen((simulation, done, total) => this.#tellProgress({ simulation, done, total }));
+    const reference = this.#reference;
+    this.#shownTime.listen((simulation, done, total) => reference.deref()?.#tellProgress({ simulation, done, total }));
     if (this.#context) {
       ofWebGl.add(this.#reference);
       canvas.addEventListener("webglcontextlost", this.#onContextLost);
