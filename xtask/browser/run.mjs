@@ -7,11 +7,14 @@
 // `orbits` if there are any, and the last one is read; with `settles` one more is the same.
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
+import { withFailures } from "./frames.mjs";
 import { failures, launchWithBoth, launchWithNeither, open, out, serve, test } from "./harness.mjs";
 import { withMany } from "./many.mjs";
 import { asUser, withBudget, withLoss, withoutApi, withWrongAddress } from "./page.mjs";
+import { withSimulations } from "./simulations.mjs";
 import { withSnippets } from "./snippets.mjs";
 import { read } from "./variables.mjs";
+import { withWarnings } from "./warnings.mjs";
 
 const cases = JSON.parse(process.argv[2]);
 const address = ({ name, model }) => `models/${name}${model.endsWith(".stage.toml") ? ".stage.toml" : ".glb"}`;
@@ -136,9 +139,14 @@ await Promise.all(["webgpu", "webgl"].map(async (backend) => {
   await withBudget(browser, origin, backend);
   await withLoss(browser, origin, backend);
   await withMany(browser, origin, backend);
+  await withFailures(browser, origin, backend);
+  await withSimulations(browser, origin, backend);
   await withSnippets(browser, origin, backend);
   if (backend === "webgpu") await asUser(browser, origin);
-  else await withWrongAddress(browser, origin);
+  else {
+    await withWrongAddress(browser, origin);
+    await withWarnings(browser, origin);
+  }
   await browser.close();
 }));
 

@@ -2,6 +2,7 @@
 
 use manypass::settings::SettingType;
 use manypass::{Aov, EffectFile, Quality, Settings};
+use manypass_scene::renamed::{NameKind, RENAMED};
 use std::fmt::Write as _;
 
 /// How the types of settings begin.
@@ -46,7 +47,11 @@ pub fn markdown_table() -> String {
 pub fn typescript() -> String {
     let mut text = String::from(TYPES_BEGIN);
     for info in Settings::declared() {
-        let _ = writeln!(text, "  \"{}\"?: {};", info.key, typescript_type(&info.kind, info.choices));
+        let ty = typescript_type(&info.kind, info.choices);
+        let _ = writeln!(text, "  \"{}\"?: {ty};", info.key);
+        for row in RENAMED.iter().filter(|row| row.kind == NameKind::Setting && row.name == info.key) {
+            let _ = writeln!(text, "  /** @deprecated {row}. */\n  \"{}\"?: {ty};", row.older);
+        }
     }
     text += TYPES_END;
     let names = [
@@ -107,6 +112,18 @@ mod tests {
             }
             let takes_words_alone = info.kind == SettingType::Choice;
             assert!(!takes_words_alone || types.len() == info.choices.len(), "`{}` takes more: {line}", info.key);
+        }
+    }
+
+    #[test]
+    fn older_names_have_the_type_of_those_of_today_and_are_deprecated() {
+        let text = typescript();
+        for row in RENAMED.iter().filter(|row| row.kind == NameKind::Setting) {
+            let lines: Vec<&str> = text.lines().collect();
+            let at = |key: &str| lines.iter().position(|line| line.starts_with(&format!("  \"{key}\"?: ")));
+            let (older, now) = (at(row.older).expect(row.older), at(row.name).expect(row.name));
+            assert!(lines[older - 1].starts_with("  /** @deprecated ") && lines[older - 1].contains(row.name), "{row}");
+            assert_eq!(lines[older].replace(row.older, row.name), lines[now]);
         }
     }
 }

@@ -38,7 +38,8 @@ pub fn markdown_tables() -> String {
 const OLDER_NAMES: &str = "
 Older names work in this version alone. A hint names the name of today, once a run; `--strict` does not refuse it. On
 the page the hint is one of `viewer.warnings()`. The older name of a table or key beside the name of today in one stage
-is an error. Of two names of a setting the last line counts.
+is an error. Of two names of a setting the last line counts. The schema of stages, that of settings and the page's
+types mark older names as deprecated.
 ";
 
 /// Prose in lines of at most 120 characters, as all pages have it.

@@ -11,8 +11,10 @@ use crate::passes::debug::DebugView;
 use crate::passes::upscale::UpscaleMethod;
 use crate::render_settings::Path;
 use crate::setting::unknown_key;
-use manypass_scene::renamed::{NameKind, current};
-use serde::{Deserialize, Serialize};
+use manypass_scene::renamed::{NameKind, current, renamed};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer, Serialize};
+use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
 /// Makes [`Settings`] of lines `group: Type`; keys are `group.field`. The types can be named from here.
@@ -21,8 +23,7 @@ macro_rules! compose {
         $(pub use $($segment)::+;)*
 
         /// Every setting, with its value.
-        #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-        #[serde(default, deny_unknown_fields)]
+        #[derive(Clone, Debug, Default, PartialEq, Serialize)]
         pub struct Settings {
             $(#[doc = concat!("The settings whose keys begin with `", stringify!($group), ".`.")] pub $group: $($segment)::+,)*
         }
@@ -75,6 +76,28 @@ compose! {
     effects: crate::effect::EffectSettings,
     tone_map: crate::passes::tone_map::ToneMapSettings,
     debug: crate::passes::debug::DebugSettings,
+}
+
+/// A map of groups, each a map of its fields. What is left out has its default. An older key sets what it is called now,
+/// unless that stands there as well.
+impl<'de> Deserialize<'de> for Settings {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let groups = BTreeMap::<String, BTreeMap<String, Written>>::deserialize(deserializer)?;
+        let mut settings = Self::default();
+        let mut written = Vec::new();
+        for (group, fields) in groups {
+            if settings.group(&group).is_none() {
+                let known = Self::declared().iter().filter_map(|info| Some(info.key.split_once('.')?.0));
+                return Err(D::Error::custom(unknown_key(&group, known)));
+            }
+            written.extend(fields.into_iter().map(|(field, value)| (format!("{group}.{field}"), value)));
+        }
+        written.sort_by_key(|(key, _)| renamed(NameKind::Setting, key).is_none());
+        for (key, value) in &written {
+            settings.give(key, value).map_err(D::Error::custom)?;
+        }
+        Ok(settings)
+    }
 }
 
 /// The short name of a setting, at the top of a file and on the command line, and its key.
@@ -226,6 +249,14 @@ mod tests {
         let json = serde_json::to_value(&settings).unwrap();
         assert_eq!(serde_json::from_value::<Settings>(json.clone()).unwrap(), settings);
         assert_eq!(json["clusters"], serde_json::json!({ "tile_px": 16, "slices": 32 }));
+        for (wrong, expected) in [
+            (r#"{ "cluster": { "slices": 4 } }"#, "did you mean `clusters`?"),
+            (r#"{ "clusters": { "slice": 4 } }"#, "did you mean `clusters.slices`?"),
+            (r#"{ "clusters": { "slices": 99 } }"#, "which takes a whole number from 1 to 64"),
+        ] {
+            let error = serde_json::from_str::<Settings>(wrong).unwrap_err().to_string();
+            assert!(error.contains(expected), "{wrong}: {error}");
+        }
     }
 
     #[test]
@@ -243,6 +274,18 @@ mod tests {
             assert!(older == now && now != Settings::default(), "{row}");
             let file = |key: &str| SettingsFile::parse("a.toml", &format!("{key} = {other}")).unwrap();
             assert_eq!((file(row.older).older_names(), file(row.name).older_names()), (vec![row], Vec::new()));
+            let json = |keys: &[(&str, &str)]| {
+                let fields = keys.iter().map(|(key, value)| {
+                    let field = key.split_once('.').unwrap().1;
+                    format!("\"{field}\": {value}")
+                });
+                let group = row.name.split_once('.').unwrap().0;
+                let text = format!("{{ \"{group}\": {{ {} }} }}", fields.collect::<Vec<_>>().join(", "));
+                serde_json::from_str::<Settings>(&text).unwrap()
+            };
+            assert!(json(&[(row.older, &*other)]) == now, "{row}");
+            let default = info.default.as_ref().unwrap().to_string();
+            assert!(json(&[(row.name, &*other), (row.older, &*default)]) == now, "{row}: today's name counts");
             let error = older.set(row.older, "many").unwrap_err().to_string();
             assert!(error.starts_with(&format!("`many` is no value of `{}`", row.name)), "{error}");
         }

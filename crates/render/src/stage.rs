@@ -2,10 +2,10 @@
 
 use crate::diagnostic::Diagnostic;
 use crate::effect::{self, EffectFile};
-use crate::setting::{SettingsFile, Written, color_schema, schema, unknown_key};
+use crate::setting::{SettingsFile, Written, color_schema, deprecated, schema, unknown_key};
 use crate::settings::{Settings, SettingsError};
 use manypass_scene::Stage;
-use manypass_scene::renamed::Renamed;
+use manypass_scene::renamed::{NameKind, RENAMED, Renamed};
 use manypass_scene::stage::keys::{SETTINGS_TABLES, StageKey, StageTable, StageType, TABLES};
 use serde_json::{Map, Value, json};
 
@@ -80,6 +80,10 @@ pub fn stage_schema() -> Value {
             required.push(schema["required"].clone());
         } else {
             properties.insert(table.name.into(), json!({ "type": "array", "items": schema, "description": table.doc }));
+            for row in renamed_to(NameKind::StageTable, table.name) {
+                let same = json!({ "$ref": format!("#/properties/{}", table.name) });
+                properties.insert(row.older.into(), deprecated(same, row));
+            }
         }
     }
     let built_in: Vec<EffectFile> =
@@ -113,9 +117,18 @@ fn described(mut schema: Value, doc: &str) -> Value {
     schema
 }
 
+/// The older names of what is called `name` today.
+fn renamed_to(kind: NameKind, name: &str) -> impl Iterator<Item = &'static Renamed> {
+    RENAMED.iter().filter(move |row| row.kind == kind && row.name == name)
+}
+
 fn of_table(table: &StageTable) -> Value {
-    let properties: Map<String, Value> =
+    let mut properties: Map<String, Value> =
         table.keys.iter().map(|key| (key.name.into(), described(of_key(key), key.doc))).collect();
+    for key in table.keys {
+        let older = renamed_to(NameKind::StageKey(table.name), key.name);
+        properties.extend(older.map(|row| (row.older.into(), deprecated(of_key(key), row))));
+    }
     let required: Vec<&str> = table.keys.iter().filter(|key| key.is_required).map(|key| key.name).collect();
     json!({ "type": "object", "additionalProperties": false, "required": required, "properties": properties })
 }
@@ -194,6 +207,27 @@ mod tests {
         let mut settings = Settings::default();
         settings.apply_stage(&stage, &mut []).unwrap();
         assert!(!settings.shadows.spread_over_samples);
+    }
+
+    #[test]
+    fn the_schema_has_older_names_as_deprecated() {
+        let schema = stage_schema();
+        let of_table = |name: &str| schema["properties"][name].clone();
+        for row in &RENAMED {
+            let [older, now] = [row.older, row.name].map(|name| match row.kind {
+                NameKind::StageTable => of_table(name),
+                NameKind::StageKey(table) => of_table(table)["items"]["properties"][name].clone(),
+                NameKind::Setting => {
+                    let (group, field) = name.split_once('.').unwrap();
+                    of_table("settings")["properties"][group]["properties"][field].clone()
+                }
+                // A text, as all models are.
+                NameKind::Demo => json!({ "deprecated": name == row.older }),
+            });
+            assert_eq!(older["deprecated"], Value::Bool(true), "{row}");
+            assert!(now.is_object() && now["deprecated"] != Value::Bool(true), "{row}: {now}");
+        }
+        assert_eq!(of_table("surroundings")["$ref"], "#/properties/reflection_probes");
     }
 
     #[test]

@@ -199,6 +199,50 @@ fn a_frame_that_fails_leaves_a_live_view_as_it_is() {
     }
 }
 
+/// Lets the device refuse something, as it would a texture for which it has no room.
+fn refuse(renderer: &Renderer) {
+    let descriptor = wgpu::BufferDescriptor {
+        label: Some("no room"),
+        size: 1 << 60,
+        usage: wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    };
+    drop(renderer.gpu().device.create_buffer(&descriptor));
+}
+
+#[test]
+fn a_frame_that_fails_forgets_nothing_that_was_refused_of_loading() {
+    let scene = stage();
+    let request = live_request(&scene);
+    let mut failed = renderer();
+    let first = picture(&mut failed, &scene, &request);
+    refuse(&failed);
+    read_motion([&mut failed, &mut renderer()], &scene, &request);
+    let error = failed.load(&scene).unwrap_err().to_string();
+    assert!(error.contains("create_buffer"), "{error}");
+    failed.load(&scene).unwrap();
+    assert!(picture(&mut failed, &scene, &request) == first, "another picture after it was told");
+}
+
+#[test]
+fn after_a_frame_that_the_device_refused_a_live_view_is_that_of_a_fresh_renderer() {
+    let scene = stage();
+    let request = live_request(&scene);
+    let after = moved(&scene, Vec3::new(-0.3, 0.2, 0.1));
+    let [mut fresh, mut refused] = [renderer(), renderer()];
+    let first = picture(&mut refused, &scene, &request);
+    refuse(&refused);
+    let error = refused.render(&after, &request).unwrap_err().to_string();
+    assert!(error.contains("create_buffer"), "{error}");
+    let [expected, found] = [&mut fresh, &mut refused].map(|renderer| picture(renderer, &after, &request));
+    assert!(expected != first, "the test shows nothing");
+    assert!(found == expected, "another picture");
+    // Nobody knows what was drawn: the screen is drawn once more, and then stays.
+    assert_eq!(refused.stats().captures, 1);
+    assert!(picture(&mut refused, &after, &request) == expected);
+    assert_eq!(refused.stats().captures, 0);
+}
+
 #[test]
 fn a_plan_changes_nothing() {
     let scene = stage();

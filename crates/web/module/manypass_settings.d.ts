@@ -90,6 +90,8 @@ export interface Settings {
   "shadows.far_m"?: number;
   "shadows.min_px"?: number;
   "shadows.spread_over_samples"?: boolean;
+  /** @deprecated `shadows.turns` is now called `shadows.spread_over_samples`; the older name works in this version alone. */
+  "shadows.turns"?: boolean;
   "shadows.bias_texels"?: number;
   "shadows.contact_m"?: number;
   "shadows.contact_steps"?: number;

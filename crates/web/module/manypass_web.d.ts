@@ -7,7 +7,7 @@ export { default } from "./manypass_raw.js";
 type Slow = "loadBeforeImages" | "pick" | "pixels" | "radiance" | "refine" | "render" | "variable";
 type Answers = "exposure" | "info" | "missingImages" | "modelRadius" | "moves" | "scenes" | "startOrbit" | "variants"
   | "waitsForImages" | "warnings";
-type Own = "dispose" | "free" | "loss" | "restore" | symbol;
+type Own = "dispose" | "free" | "loss" | "restore" | "shownTime" | symbol;
 type Quick = Exclude<keyof Module, Slow | Answers | Own>;
 type Calls = Pick<Module, Slow | Answers> & {
   [Name in Quick]: (...args: Parameters<Module[Name]>) => ReturnType<Module[Name]> | Promise<ReturnType<Module[Name]>>;
@@ -19,15 +19,23 @@ type Calls = Pick<Module, Slow | Answers> & {
  * - What takes time (`render`, `refine`, `pick`, `loadBeforeImages` …) gives a promise.
  * - What changes the viewer (`load`, `configure`, `setTime` …) happens at once while nothing is under way, and throws what is wrong.
  *   Else it gives a promise. `await` is right for both.
+ * - The newest time wins: `setTime` while `render` steps simulations takes effect at once, and that frame shows the newer time.
  * - What only says something (`info`, `moves`, `startOrbit` …) answers at once; while a frame is drawn, as it was before the frame.
  */
 export interface Viewer extends Calls {}
+/** How far a simulation is on its way to the time of `setTime`, in steps. */
+export interface SimulationProgress { simulation: string; done: number; total: number; }
 export class Viewer extends EventTarget {
   private constructor();
   /** Called when the WebGL context or the WebGPU device was lost, as the event `lost`, whose `detail` is the error. */
   onlost: ((error: ContextLost) => void) | null;
   /** Called when the viewer is as it was before the loss, as the event `restored`: call `render` then. */
   onrestored: (() => void) | null;
+  /**
+   * Called while `render` steps simulations to a time in several slices: after each slice, and at the end of each simulation. As the
+   * event `simulating`, whose `detail` is the progress.
+   */
+  onsimulating: ((progress: SimulationProgress) => void) | null;
   /**
    * Asks for a device again after a loss. The viewer does so by itself: with WebGL when the browser restores the context, with
    * WebGPU four times within 11 seconds. Rejects with a `ContextLost` when there is none; resolves at once when nothing is lost.

@@ -27,7 +27,9 @@ const SLOW = new Set(["loadBeforeImages", "pick", "pixels", "radiance", "refine"
 /** Calls that only say what is; while a slow one is under way they say what was before it. */
 const ANSWERS = ["exposure", "info", "missingImages", "modelRadius", "moves", "scenes", "startOrbit", "variants", "waitsForImages", "warnings"];
 /** Calls that are the viewer's own, or nobody's but its. */
-const OWN = new Set(["constructor", "dispose", "free", "loss", "restore"]);
+const OWN = new Set(["constructor", "dispose", "free", "loss", "restore", "setTime", "shownTime"]);
+/** Slow calls that draw. */
+const FRAMES = new Set(["refine", "render"]);
 /** After so many milliseconds each a lost WebGPU device is asked for again. */
 const RETRIES_MS = [0, 500, 2000, 8000];
 
@@ -60,6 +62,8 @@ export class Viewer extends EventTarget {
   onlost = null;
   /** Called when everything is there again, as the event `restored`: draw then. */
   onrestored = null;
+  /** Called with `{ simulation, done, total }` while `render` steps simulations, as the event `simulating`. */
+  onsimulating = null;
 
   #canvas;
   /** The context of WebGL, and what loses and restores it; null with WebGPU. */
@@ -70,8 +74,10 @@ export class Viewer extends EventTarget {
   #loss;
   /** The last of the calls, settled or not; it never rejects. */
   #queue = Promise.resolve();
-  /** What rejects the calls that have not settled. */
-  #open = new Set();
+  /** What rejects the calls that have not settled, and whether they draw. */
+  #open = new Map();
+  /** What gives a frame under way a newer time. */
+  #shownTime;
   /** Whether the module is at a slow call, so that it takes no other. */
   #isBusy = false;
   /** What was answered before the slow call. */
@@ -88,6 +94,9 @@ export class Viewer extends EventTarget {
     // A context that is lost already has none.
     this.#extension = this.#context?.getExtension("WEBGL_lose_context") ?? null;
     this.#watch();
+    this.#shownTime = module.shownTime();
+    const reference = this.#reference;
+    this.#shownTime.listen((simulation, done, total) => reference.deref()?.#tellProgress({ simulation, done, total }));
     if (this.#context) {
       ofWebGl.add(this.#reference);
       canvas.addEventListener("webglcontextlost", this.#onContextLost);
@@ -156,7 +165,7 @@ export class Viewer extends EventTarget {
   /** Rejects all calls, and those to come; what is under way ends in the module. */
   #refuse(error) {
     this.#refusal = error;
-    for (const reject of this.#open) reject(error);
+    for (const reject of this.#open.keys()) reject(error);
     this.#open.clear();
     this.#loss.happen();
   }
@@ -221,11 +230,11 @@ export class Viewer extends EventTarget {
   }
 
   /** What `action` makes of the module once all calls before have settled. */
-  #inTurn(action) {
+  #inTurn(action, draws = false) {
     const refusal = this.#refusalNow();
     if (refusal) return Promise.reject(refusal);
     return new Promise((resolve, reject) => {
-      this.#open.add(reject);
+      this.#open.set(reject, draws);
       const run = async () => {
         // It was rejected while it waited.
         if (!this.#open.has(reject)) return;
@@ -256,7 +265,20 @@ export class Viewer extends EventTarget {
       this.#answers = Object.fromEntries(ANSWERS.map((answer) => [answer, module[answer]()]));
       this.#isBusy = true;
       try { return await module[name](...args); } finally { this.#isBusy = false; }
-    });
+    }, FRAMES.has(name));
+  }
+
+  /** The newest time wins: a frame that steps simulations goes on to it, if nothing but frames is to come before. */
+  setTime(secs) {
+    const areFrames = [...this.#open.values()].every((draws) => draws);
+    if (this.#isBusy && areFrames && !this.#refusalNow() && this.#shownTime.redirect(secs)) return;
+    return this.#quick("setTime", [secs]);
+  }
+
+  #tellProgress(progress) {
+    if (this.#refusal) return;
+    this.onsimulating?.(progress);
+    this.dispatchEvent(new CustomEvent("simulating", { detail: progress }));
   }
 
   /** At once if nothing is under way, else a promise. */

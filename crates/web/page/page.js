@@ -31,7 +31,16 @@ const play = document.getElementById("play");
 let time = 0;
 let shownAt;
 
+/** So many warnings have room. */
+const WARNINGS_SHOWN = 5;
+
 const say = (text) => { message.textContent = text; };
+/** The first warnings, and how many more there are. */
+function sayWarnings(viewer) {
+  const warnings = viewer.warnings(), shown = warnings.slice(0, WARNINGS_SHOWN);
+  if (warnings.length > shown.length) shown.push(`… and ${warnings.length - shown.length} more, which viewer.warnings() has.`);
+  say(shown.join("\n"));
+}
 const tried = (action) => action.catch((error) => say(error.message ?? String(error)));
 
 /** What takes several calls of the viewer waits here for its turn. */
@@ -190,7 +199,7 @@ async function show(name, found, load, { isWhole = true, adorn } = {}) {
     orbit = undefined;
     canvas.setAttribute("aria-label", `3D view of ${name.split("/").pop()}`);
     await adorn?.(viewer)?.catch((error) => { fault = error; });
-    say(viewer.warnings().slice(0, 5).join("\n"));
+    sayWarnings(viewer);
   });
   await draw();
   if (fault) throw fault;
@@ -207,7 +216,7 @@ async function dress(late) {
   }
   if (mine !== opened) return;
   if (came) {
-    say(state.viewer.warnings().slice(0, 5).join("\n"));
+    sayWarnings(state.viewer);
     await draw();
   }
   state.isWhole = mine === opened;
@@ -300,6 +309,18 @@ function followLoss(viewer) {
   };
 }
 
+/** Says how far simulations are on their way to another time, and then what was said before. */
+function followSimulations(viewer) {
+  let before, own;
+  viewer.onsimulating = ({ simulation, done, total }) => {
+    // What plays makes a few steps a frame.
+    if (total < 100) return;
+    if (message.textContent !== own) before = message.textContent;
+    own = done < total ? `The simulation ${simulation}: ${done} of ${total} steps …` : before;
+    say(own);
+  };
+}
+
 try {
   [time] = asked("time", /^(\d+(?:\.\d+)?)$/, "a number of seconds, such as 1.5") ?? [0];
   if (bare) {
@@ -310,6 +331,7 @@ try {
   await init();
   state.viewer = await create(canvas, query.get("backend") ?? "auto");
   followLoss(state.viewer);
+  followSimulations(state.viewer);
   follow(canvas, turn, reset);
   play.addEventListener("click", () => tried(playOrPause()));
   document.getElementById("files").addEventListener("change", (event) => tried(openFiles([...event.target.files])));

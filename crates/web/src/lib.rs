@@ -24,4 +24,4 @@ mod viewer;
 #[cfg(target_arch = "wasm32")]
 pub use loss::Loss;
 #[cfg(target_arch = "wasm32")]
-pub use viewer::{Viewer, create, stage_model};
+pub use viewer::{ShownTime, Viewer, create, stage_model};

@@ -5,6 +5,7 @@ mod frames;
 mod images;
 mod info;
 mod life;
+mod time;
 mod variables;
 
 use crate::camera;
@@ -29,6 +30,7 @@ use manypass::{
     },
 };
 use std::sync::Arc;
+pub use time::ShownTime;
 use wasm_bindgen::prelude::*;
 
 /// A canvas with a renderer behind it.
@@ -61,6 +63,8 @@ pub struct Viewer {
     metering: Option<Metering>,
     /// When frames were drawn, for an exposure that adapts.
     frame_times: FrameTimes,
+    /// The time of the scene that the next frame shows.
+    time: ShownTime,
     /// Whether anyone asks for radiance beside the picture.
     keeps_radiance: bool,
     /// What the stage that is shown draws over the picture.
@@ -141,6 +145,7 @@ impl Viewer {
         self.late = LateImages::default();
         (self.options, self.effects, self.budget) = (options, effects, budget);
         self.forget_frame();
+        self.time.forget();
         self.renderer.forget_simulations();
         self.renderer.limit_textures(self.options.textures_max_px());
         self.renderer.load(&scene)?;
@@ -294,19 +299,6 @@ impl Viewer {
             !scene.animations.is_empty() || scene.has_simulations() || scene.water.iter().any(Water::has_waves)
         };
         self.scene.as_ref().is_some_and(moves)
-    }
-
-    /// Shows the model as it is at a time in seconds from the next frame on: in its first animation, with waves and
-    /// simulations after so many seconds. Simulations go on from the time before, and begin anew where that was later.
-    ///
-    /// # Errors
-    /// When no model is loaded.
-    #[wasm_bindgen(js_name = setTime)]
-    pub fn set_time(&mut self, secs: f32) -> Result<(), JsError> {
-        let scene = self.scene.as_mut().ok_or_else(|| JsError::new("no model is loaded"))?;
-        scene.pose(0, if secs.is_finite() { secs } else { 0.0 });
-        scene.update_transforms();
-        Ok(())
     }
 
     /// Changes how frames are drawn from now on.

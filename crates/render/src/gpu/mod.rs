@@ -3,6 +3,7 @@
 pub mod capabilities;
 pub(crate) mod changes;
 pub mod data_texture;
+mod faults;
 #[cfg(not(target_arch = "wasm32"))]
 mod floor;
 pub mod readback;
@@ -11,7 +12,7 @@ pub use capabilities::{Capabilities, block_format};
 #[cfg(not(target_arch = "wasm32"))]
 pub use floor::Floor;
 
-use std::sync::{Arc, Mutex, PoisonError};
+use faults::Faults;
 
 /// No device could be had.
 #[derive(Debug, thiserror::Error)]
@@ -58,37 +59,6 @@ pub enum GpuError {
 /// is not enough: browsers free what was dropped when they collect garbage, which textures do not hasten.
 pub(crate) fn destroy(view: &wgpu::TextureView) {
     view.texture().destroy();
-}
-
-/// The first thing that went wrong on a device since it was last asked; the device reports it when it likes.
-#[derive(Clone, Debug, Default)]
-struct Faults(Arc<Mutex<Option<GpuError>>>);
-
-impl Faults {
-    fn put(&self, fault: GpuError) {
-        let mut slot = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        // A loss outweighs what led to it.
-        if slot.is_none() || matches!(fault, GpuError::Lost(_)) {
-            *slot = Some(fault);
-        }
-    }
-
-    /// Takes the place of wgpu's handlers, which panic.
-    fn watch(&self, device: &wgpu::Device) {
-        let refused = self.clone();
-        device.on_uncaptured_error(Arc::new(move |error| {
-            refused.put(match error {
-                wgpu::Error::OutOfMemory { .. } => GpuError::Refused("the device ran out of memory".into()),
-                error => GpuError::Refused(format!("the device refused a command: {error}")),
-            });
-        }));
-        let lost = self.clone();
-        device.set_device_lost_callback(move |reason, message| {
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                lost.put(GpuError::Lost(message));
-            }
-        });
-    }
 }
 
 /// What a user sees of an adapter.
@@ -180,7 +150,7 @@ impl Gpu {
     /// Whether `other` is this one or a clone of it. Devices of different instances have equal ids in wgpu, so that
     /// comparing devices tells nothing.
     pub fn is_same(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.faults.0, &other.faults.0)
+        self.faults.is_same(&other.faults)
     }
 
     /// Whether the device refused anything, or was lost, since this was last called.
@@ -188,14 +158,24 @@ impl Gpu {
     /// # Errors
     /// If so.
     pub fn check(&self) -> Result<(), GpuError> {
-        self.faults.0.lock().unwrap_or_else(PoisonError::into_inner).take().map_or(Ok(()), Err)
+        self.faults.take().map_or(Ok(()), Err)
     }
 
-    /// Forgets what the device refused for a frame that failed of something else, so that the next one is not blamed for
-    /// it. A device that is lost stays so.
-    pub(crate) fn forget_refused(&self) {
-        let mut fault = self.faults.0.lock().unwrap_or_else(PoisonError::into_inner);
-        fault.take_if(|fault| matches!(fault, GpuError::Refused(_)));
+    /// Says that the scene is on the device: what it refuses from now on is the frame's. [`Self::check`] ends the frame.
+    pub(crate) fn begin_frame(&self) {
+        self.faults.begin_frame();
+    }
+
+    /// Ends a frame that is not run.
+    pub(crate) fn end_frame(&self) {
+        self.faults.end_frame();
+    }
+
+    /// Forgets what the device refused since [`Self::begin_frame`], for a frame that failed of something else, so that
+    /// the next one is not blamed for it. What was refused before, while a scene was loaded, is kept. A device that is
+    /// lost stays so.
+    pub(crate) fn forget_frame(&self) {
+        self.faults.forget_frame();
     }
 
     /// A device without a window. Without a name a hardware adapter is preferred to a software one.

@@ -75,6 +75,8 @@ impl Renderer {
         let mut stats = stats_of_captures(asked, captures_left_out);
 
         let (mut world, has_previous) = self.world(scene, asked, &mut stats);
+        // What the device refuses from here on is nothing of the scene.
+        self.gpu.begin_frame();
 
         let lit: Vec<Lit> = asked
             .iter()

@@ -116,7 +116,9 @@ impl Renderer {
         let executed = self.execute(scene, (&asked, left_out), &mut states, next, purpose);
         if executed.is_err() {
             states.iter_mut().for_each(ViewState::forget_undrawn);
-            self.gpu.forget_refused();
+            self.gpu.forget_frame();
+        } else if !is_run {
+            self.gpu.end_frame();
         }
         if is_run {
             self.views.extend(asked.iter().map(|asked| asked.name.clone()).zip(states));

@@ -8,6 +8,7 @@ use crate::simulation::{Moving, Running, SimulationProgress, SimulationReport};
 use manypass_scene::Scene;
 use manypass_scene::particles::{Particles, SYSTEMS_MAX};
 use manypass_scene::simulation::{Place, SIMULATIONS_MAX, SimulatedImage, Simulation};
+use manypass_scene::turns::{Turns, at_once};
 use std::collections::BTreeMap;
 
 /// What the renderer keeps of simulations, in the order of the scene.
@@ -157,6 +158,20 @@ impl Renderer {
         scene: &Scene,
         progress: &mut dyn FnMut(SimulationProgress<'_>) -> bool,
     ) -> Result<(), RenderError> {
+        at_once(self.simulate_in_turns(scene, progress, &mut || None))
+    }
+
+    /// As [`Self::simulate`]; after every step `turns` is asked whether others are to have the thread. Frames of `scene`
+    /// then make no steps. Who stops it, or drops it during a turn, loses no step: the next call goes on from there.
+    ///
+    /// # Errors
+    /// As [`Self::simulate`].
+    pub async fn simulate_in_turns(
+        &mut self,
+        scene: &Scene,
+        progress: &mut dyn FnMut(SimulationProgress<'_>) -> bool,
+        turns: &mut Turns<'_>,
+    ) -> Result<(), RenderError> {
         self.follow_simulations(scene)?;
         for (index, (running, (simulation, particles))) in
             self.simulations.running.iter_mut().zip(all(scene)).enumerate()
@@ -174,7 +189,7 @@ impl Renderer {
                 surfaces: &surfaces,
                 surfaces_move: simulation.sees.is_some(),
             };
-            running.advance(&self.gpu, &moving, scene.time_secs, progress)?;
+            running.advance(&self.gpu, &moving, scene.time_secs, progress, turns).await?;
         }
         Ok(())
     }

@@ -2,18 +2,24 @@
 
 use super::info::F32_MAX;
 use super::{LinearColor, NumberType, Scalar, SettingInfo, SettingType, Switch};
+use manypass_scene::renamed::{NameKind, RENAMED, Renamed};
 use serde_json::{Map, Value, json};
 
 /// `auto` with at most 64 stops.
 const AUTO_PATTERN: &str = r"^auto[+-]0*((64(\.0*)?|([1-5]?[0-9]|6[0-3])(\.[0-9]*)?)|\.[0-9]+)$";
 
-/// The schema (draft 2020-12) of a file that may hold all of `infos`: their dotted keys as nested tables.
+/// The schema (draft 2020-12) of a file that may hold all of `infos`: their dotted keys as nested tables, and their older
+/// keys, which are deprecated.
 ///
 /// It is made of the descriptions that all else is made of, because those of effects are known only at run time.
 pub fn schema<'i>(infos: impl IntoIterator<Item = &'i SettingInfo>) -> Value {
     let mut tables = Table::default();
     for info in infos {
         tables.insert(&info.key, described(info));
+        let of_info = |row: &&Renamed| row.kind == NameKind::Setting && row.name == info.key;
+        for row in RENAMED.iter().filter(of_info) {
+            tables.insert(row.older, deprecated(typed(info, &info.kind), row));
+        }
     }
     let mut root = tables.schema();
     root.insert("$schema".into(), "https://json-schema.org/draft/2020-12/schema".into());
@@ -61,6 +67,13 @@ fn described(info: &SettingInfo) -> Value {
         value["default"] = json!(default);
     }
     value
+}
+
+/// What an older name takes, with the notice of the name of today.
+pub(crate) fn deprecated(mut schema: Value, row: &Renamed) -> Value {
+    schema["deprecated"] = true.into();
+    schema["description"] = format!("{row}.").into();
+    schema
 }
 
 /// A colour: text in sRGB, or linear numbers.

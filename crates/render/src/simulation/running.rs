@@ -7,6 +7,7 @@ use crate::gpu::{Gpu, GpuError, readback};
 use crate::shader::program::ProgramError;
 use glam::{IVec2, Vec2};
 use manypass_scene::simulation::{BODIES_MAX, Body, Place, RATE_HZ_MAX, SeenSurfaces, Simulation};
+use manypass_scene::turns::{Turns, give_turn};
 use std::collections::{BTreeMap, HashMap};
 
 /// After so many steps the device is waited for, so that it is never far behind.
@@ -48,8 +49,10 @@ pub(crate) struct Running {
     /// Which round a pass is in, of how many.
     turns: HashMap<(u32, u32), wgpu::Buffer>,
     groups: HashMap<(Phase, usize, u32, u32), wgpu::BindGroup>,
-    /// How many steps were made; none before it has begun.
+    /// How many steps led to what the states hold; none before it has begun.
     steps: Option<u64>,
+    /// Whether pictures show what the states hold.
+    is_shown: bool,
     /// The animation that moved its bodies.
     posed: Option<usize>,
 }
@@ -138,6 +141,7 @@ impl Running {
             turns: HashMap::new(),
             groups: HashMap::new(),
             steps: None,
+            is_shown: false,
             posed: None,
         })
     }
@@ -164,17 +168,19 @@ impl Running {
         (steps + ROUNDING_STEPS + ROUNDING * steps.abs()).max(0.0) as u64
     }
 
-    /// Goes on to a time, or begins anew where that lies before what it shows. `progress` is told of it now and then,
-    /// and says whether to go on.
+    /// Goes on to a time, or begins anew where that lies before what the states hold. `progress` is told of it before
+    /// each step, and says whether to go on. After each step `turns` is asked whether others are to have the thread.
+    /// Who stops it, or drops it during a turn, leaves the states of the last step that was made.
     ///
     /// # Errors
     /// The time lies too many steps ahead, or `progress` says no.
-    pub fn advance(
+    pub async fn advance(
         &mut self,
         gpu: &Gpu,
         moving: &Moving<'_>,
         time_secs: f32,
         progress: &mut dyn FnMut(SimulationProgress<'_>) -> bool,
+        turns: &mut Turns<'_>,
     ) -> Result<(), ProgramError> {
         let until = self.steps_to(time_secs);
         // In another animation bodies have come another way.
@@ -182,10 +188,10 @@ impl Running {
             self.steps = None;
         }
         self.posed = moving.posed;
-        if self.steps == Some(until) {
+        if self.steps == Some(until) && self.is_shown {
             return Ok(());
         }
-        let from = self.steps.filter(|steps| *steps < until);
+        let from = self.steps.filter(|steps| *steps <= until);
         let total = until - from.unwrap_or(0);
         let name = self.simulation.name.clone();
         if total > STEPS_MAX {
@@ -197,14 +203,14 @@ impl Running {
             return Err(ProgramError::Simulation { simulation: name, message });
         }
         self.check_work(total, time_secs)?;
+        self.is_shown = false;
         if from.is_none() {
             self.begin(gpu, moving);
+            self.steps = Some(0);
         }
         let stopped = || ProgramError::Simulation { simulation: name.clone(), message: "it was interrupted".into() };
         for done in 0..total {
             if !progress(SimulationProgress { name: &name, done, total }) {
-                // What is there would be taken for the state at another time.
-                self.steps = None;
                 return Err(stopped());
             }
             let step = from.unwrap_or(0) + done;
@@ -215,12 +221,14 @@ impl Running {
             let mut encoder = gpu.device.create_command_encoder(&Default::default());
             self.record(gpu, Phase::Step, &mut encoder);
             gpu.queue.submit([encoder.finish()]);
+            self.steps = Some(step + 1);
             if done % STEPS_AT_ONCE == STEPS_AT_ONCE - 1 {
                 gpu.wait();
             }
+            give_turn(turns).await;
         }
         progress(SimulationProgress { name: &name, done: total, total });
-        self.steps = Some(until);
+        self.is_shown = true;
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
         self.record(gpu, Phase::Shows, &mut encoder);
         self.record_mips(gpu, &mut encoder);

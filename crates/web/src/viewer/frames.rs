@@ -14,10 +14,10 @@ const REFINED_SAMPLES: u32 = 16;
 #[wasm_bindgen]
 impl Viewer {
     /// Draws one frame at the canvas's size: seen from `orbit`, or else from the model's first camera, or else so that
-    /// the whole model is seen.
+    /// the whole model is seen. Before it steps simulations to the time of `setTime`.
     ///
     /// # Errors
-    /// When no model is loaded, or the device fails.
+    /// When no model is loaded, a simulation cannot be run, or the device fails.
     pub async fn render(&mut self, orbit: Option<OrbitObject>) -> Result<(), JsError> {
         let loss = self.loss.clone();
         loss.or(self.draw(orbit)).await
@@ -55,7 +55,10 @@ impl Viewer {
 
 impl Viewer {
     async fn draw(&mut self, orbit: Option<OrbitObject>) -> Result<(), JsError> {
-        let started = Instant::now();
+        let begun = Instant::now();
+        let had_turns = self.reach_time().await?;
+        // What comes before a frame in several slices is no part of what the frame takes.
+        let started = if had_turns { Instant::now() } else { begun };
         let (width, height) = self.canvas.size();
         let aspect = self.canvas.aspect();
         let scene = self.scene.as_ref().ok_or_else(|| JsError::new("no model is loaded"))?;

@@ -1,6 +1,6 @@
 //! A viewer's life: it is bound to a canvas, bound again when the device was lost, and disposed of.
 
-use super::{FrameTimes, Viewer};
+use super::{FrameTimes, ShownTime, Viewer};
 use crate::canvas::Canvas;
 use crate::loss::Loss;
 use crate::options::Options;
@@ -68,6 +68,7 @@ pub async fn create(canvas: web_sys::HtmlCanvasElement, backend: Option<BackendN
         drawn: Vec::new(),
         metering: None,
         frame_times: FrameTimes::default(),
+        time: ShownTime::new(),
         keeps_radiance: false,
         of_stage: Arc::default(),
     })
@@ -111,7 +112,9 @@ impl Viewer {
 
     /// Frees the GPU's memory and lets go of the canvas. The viewer cannot be used afterwards.
     pub fn dispose(self) {
-        let Self { canvas, renderer, effects, last, loss, .. } = self;
+        let Self { canvas, renderer, effects, last, loss, time, .. } = self;
+        // It would keep the page's viewer alive.
+        time.forget_listener();
         if loss.is_of_context() {
             std::mem::forget((canvas, renderer, effects, last));
         } else if canvas.is_alone() {

@@ -3,6 +3,7 @@
 use super::{Everything, give};
 use crate::setting::{SettingType, SettingsError, SettingsFile, Written, schema};
 use crate::settings::Settings;
+use manypass_scene::renamed::{NameKind, RENAMED};
 use regex::Regex;
 use serde_json::Value;
 
@@ -133,7 +134,7 @@ fn is_valid(schema: &Value, value: &Value) -> bool {
         "additionalProperties" => {
             value.as_object().is_none_or(|entries| entries.keys().all(|name| schema["properties"].get(name).is_some()))
         }
-        "$schema" | "title" | "description" | "default" => true,
+        "$schema" | "title" | "description" | "default" | "deprecated" => true,
         other => panic!("the test knows no `{other}`"),
     })
 }
@@ -160,6 +161,21 @@ fn files_take_what_the_schema_takes() {
         }
     }
     assert!(taken > 100, "{taken}");
+}
+
+#[test]
+fn older_keys_are_deprecated_in_the_schema_and_take_what_they_are_called_now() {
+    let schema = schema(Settings::declared());
+    let of_key = |key: &str| {
+        let (group, field) = key.split_once('.').unwrap();
+        &schema["properties"][group]["properties"][field]
+    };
+    for row in RENAMED.iter().filter(|row| row.kind == NameKind::Setting) {
+        let [older, now] = [row.older, row.name].map(of_key);
+        assert_eq!(older["deprecated"], Value::Bool(true), "{row}");
+        assert_eq!((&older["type"], &now["deprecated"]), (&now["type"], &Value::Null), "{row}");
+        assert!(older["description"].as_str().unwrap().contains(row.name), "{older}");
+    }
 }
 
 #[test]
