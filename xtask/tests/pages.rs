@@ -8,6 +8,24 @@ use std::path::{Component, Path, PathBuf};
 const LINE_MAX: usize = 120;
 /// The README is at most so long, in bytes.
 const README_BYTES_MAX: usize = 8000;
+/// The command and the picture of a page stand above this line.
+const OPENING_LINES: usize = 30;
+/// Pages that nobody has drawn a picture for yet.
+const WITHOUT_PICTURE: [&str; 13] = [
+    "antialiasing",
+    "aovs",
+    "fidelity",
+    "gi",
+    "glossary",
+    "inputs",
+    "occlusion",
+    "performance",
+    "quality",
+    "settings",
+    "shaders",
+    "streams",
+    "support",
+];
 
 /// All pages by their path from the root.
 fn all() -> BTreeMap<String, String> {
@@ -207,4 +225,47 @@ fn the_glossary_names_keys_and_tables_that_are_there() {
         }
     }
     assert!(count > 50, "{count} keys and tables");
+}
+
+/// What the opening of a page lacks: what it is for, a command and a picture, before the first heading within.
+fn missing_of_opening(text: &str) -> Vec<&'static str> {
+    let lines: Vec<&str> = text.lines().skip(1).take(OPENING_LINES).take_while(|line| !line.starts_with('#')).collect();
+    let first = lines.iter().find(|line| !line.is_empty()).copied().unwrap_or_default();
+    let mut missing = Vec::new();
+    if first.is_empty() || ["![", "|", "```", "<!--", "- "].iter().any(|mark| first.starts_with(mark)) {
+        missing.push("what it is for");
+    }
+    let is_command =
+        |line: &&str| line.starts_with("manypass ") || line.starts_with("cargo ") || line.contains("`manypass ");
+    if !lines.iter().any(is_command) {
+        missing.push("a command");
+    }
+    if !lines.iter().any(|line| line.starts_with("![")) {
+        missing.push("a picture");
+    }
+    missing
+}
+
+#[test]
+fn pages_begin_with_what_they_are_for_a_command_and_a_picture() {
+    let mut found = Vec::new();
+    for (page, text) in all() {
+        let Some(name) = page.strip_prefix("docs/").and_then(|name| name.strip_suffix(".md")) else { continue };
+        if !name.contains('/') {
+            let mut missing = missing_of_opening(&text);
+            if WITHOUT_PICTURE.contains(&name) {
+                assert_eq!(missing.pop(), Some("a picture"), "{page} has a picture: take it out of the list");
+            }
+            found.extend(missing.iter().map(|missing| format!("{page} does not begin with {missing}")));
+        }
+    }
+    assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn openings_that_lack_something_are_found() {
+    let page = "# A\n\nIt is for this.\n\n```sh\nmanypass info a.glb\n```\n\n![A](a.png)\n";
+    assert!(missing_of_opening(page).is_empty());
+    assert_eq!(missing_of_opening("# A\n\n| a |\n"), ["what it is for", "a command", "a picture"]);
+    assert_eq!(missing_of_opening(&page.replace("\n\n!", "\n\n## B\n!")), ["a picture"]);
 }
