@@ -1,14 +1,14 @@
 //! The renderer: keeps what lasts from frame to frame, and runs the frame.
 
-mod asked;
+mod ask;
 mod captures;
 mod constants;
 mod counts;
 mod effects;
-mod execute;
+
 mod fisheye;
 mod ground;
-mod lit;
+
 mod live_probes;
 mod loading;
 #[cfg(not(target_arch = "wasm32"))]
@@ -19,17 +19,23 @@ mod next;
 mod output;
 mod portals;
 mod prepare;
+mod prepare_view;
 mod probes;
+mod purpose;
+mod read;
 mod reading;
-mod recording;
+mod record;
+mod resolve;
 mod run;
 mod shadows;
 mod shared;
 mod simulations;
+mod submit;
 mod surroundings;
 mod temporal;
 mod variables;
 mod views;
+mod visible;
 mod water;
 
 pub use reading::RenderedView;
@@ -47,15 +53,16 @@ use crate::passes::present::Target;
 use crate::record::{
     BindGroups, Bundles, DecalMarks, FrameTables, InstanceTable, SurfacePipelines, UniformArena, Volumes,
 };
-use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
+use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
 use crate::shader::Shaders;
 use ground::GroundState;
-use manypass_graph::{Executor, PassTime};
+use manypass_graph::Executor;
 use manypass_scene::Cache;
 use manypass_scene::capture::MONITORS_MAX;
 use manypass_scene::{NodeId, Scene};
 use output::ViewState;
+use purpose::Purpose;
 use shadows::ShadowState;
 use shared::Shared;
 use std::collections::BTreeMap;
@@ -98,67 +105,6 @@ pub struct Renderer {
     cache: Option<Arc<dyn Cache>>,
     /// Effects of all pictures, after those of their requests.
     added: Vec<Arc<WgslEffect>>,
-}
-
-/// What a frame is rendered for. All but the picture itself are for machines with files and a clock of their own.
-#[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser cannot wait for what the others read"))]
-enum Purpose<'t> {
-    Picture,
-    /// A frame that is added to the picture, which nobody looks at yet.
-    Sample,
-    Target(&'t Target),
-    /// Variables alone, beside the picture.
-    Variables,
-    Pictures(Vec<PassPicture>),
-    Pairs(PairCounts),
-    /// How many pixels are no numbers.
-    Scrubbed(u64),
-    Times(Vec<PassTime>),
-    /// Pre-exposed radiance of the frame.
-    Meter(Vec<f32>),
-    /// Nothing: the frame is planned and not run.
-    Plan,
-    /// What is around probes alone.
-    Probes,
-    /// How many rounds of lights there are. The frame is not run.
-    Rounds(u32),
-}
-
-impl Purpose<'_> {
-    /// Whether the frame is one of those that make the picture.
-    fn is_picture(&self) -> bool {
-        matches!(self, Self::Picture | Self::Sample | Self::Target(_))
-    }
-
-    /// Whether simulations go on to the scene's time; whoever looks at the same picture once more finds them as they are.
-    fn goes_on(&self) -> bool {
-        self.is_picture() || matches!(self, Self::Meter(_))
-    }
-
-    /// Whether the frame is not run.
-    fn is_plan(&self) -> bool {
-        matches!(self, Self::Plan | Self::Rounds(_))
-    }
-
-    /// Whether what monitors show is drawn; whoever reads variables or counts pairs finds what they showed last.
-    fn has_captures(&self) -> bool {
-        !matches!(self, Self::Variables | Self::Pairs(_))
-    }
-
-    /// Whether effects are drawn.
-    fn has_effects(&self) -> bool {
-        !matches!(self, Self::Variables | Self::Pairs(_) | Self::Meter(_))
-    }
-
-    /// Whether the picture is shown, with what is drawn over it.
-    fn shows_picture(&self) -> bool {
-        self.has_effects() && !matches!(self, Self::Sample)
-    }
-
-    /// Whether the frame's variables can be read afterwards.
-    fn has_variables(&self) -> bool {
-        self.is_picture() || matches!(self, Self::Variables)
-    }
 }
 
 impl Renderer {
@@ -366,7 +312,7 @@ impl Renderer {
     /// # Errors
     /// No scene was loaded, the size does not fit, or the device failed.
     pub async fn render_async(&mut self, scene: &Scene, request: &FrameRequest) -> Result<(), RenderError> {
-        self.run(scene, &[("", request)], &mut Purpose::Picture).await.map(drop)
+        self.run(scene, &[("", request)], &Purpose::PICTURE).await.map(drop)
     }
 
     /// Renders one frame of several cameras, each with a name, a size, samples and outputs of its own: innermost first,
@@ -389,7 +335,7 @@ impl Renderer {
         scene: &Scene,
         views: &[(&str, &FrameRequest)],
     ) -> Result<(), RenderError> {
-        self.run(scene, views, &mut Purpose::Picture).await.map(drop)
+        self.run(scene, views, &Purpose::PICTURE).await.map(drop)
     }
 
     /// As [`Self::render`], for all frames of a still but the last: the picture that [`Self::read_display`] gives is
@@ -399,7 +345,8 @@ impl Renderer {
     /// As [`Self::render`].
     #[cfg(not(target_arch = "wasm32"))]
     pub fn accumulate(&mut self, scene: &Scene, request: &FrameRequest) -> Result<(), RenderError> {
-        pollster::block_on(self.run(scene, &[("", request)], &mut Purpose::Sample)).map(drop)
+        pollster::block_on(self.run(scene, &[("", request)], &Purpose { shows_picture: false, ..Purpose::PICTURE }))
+            .map(drop)
     }
 
     /// Renders one frame, adds it to those since `sample_index` 0, and draws the picture so far over what `target`
@@ -438,7 +385,7 @@ impl Renderer {
         if let Some(fault) = target.fault() {
             return Err(RenderError::Target(fault));
         }
-        self.run(scene, &[("", request)], &mut Purpose::Target(target)).await.map(drop)
+        self.run(scene, &[("", request)], &Purpose { target: Some(target), ..Purpose::PICTURE }).await.map(drop)
     }
 }
 

@@ -1,10 +1,11 @@
 //! Pictures within the picture: which monitors and mirrors a frame shows, and what is asked of the views of monitors'
 //! cameras.
 
-use super::asked::ViewPart;
-use super::mirrors::{MirrorSeen, Mirrors, VIEWS_MAX};
+use super::Renderer;
+use super::ask::ViewPart;
+use super::mirrors::{MirrorLink, Mirrors, VIEWS_MAX};
 use super::next::NextState;
-use super::{Purpose, Renderer};
+use super::purpose::Purpose;
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::draws::may_show;
 use crate::overlay::monitors_of_overlay;
@@ -25,7 +26,7 @@ pub(super) struct Part {
     /// What of a picture it is.
     pub part: ViewPart,
     /// The mirrors that it shows, whose views come before it.
-    pub mirrors: Vec<MirrorSeen>,
+    pub mirrors: Vec<MirrorLink>,
     /// In how many other pictures the monitor is seen for whose sake it is drawn.
     pub level: Option<u32>,
 }
@@ -236,10 +237,7 @@ impl Renderer {
         let of_picture = mirrors.before(scene, parts, depth, (&mut drawn, &mut shown))?;
         let (monitors, monitors_left_out) = self.monitors(scene, &of_picture, &mut next.captures)?;
         // A meter exposes its readings otherwise than pictures are.
-        let mut all = match purpose {
-            Purpose::Meter(_) => Vec::new(),
-            _ => self.probe_parts(scene, &first, next),
-        };
+        let mut all = if purpose.is_exposed { self.probe_parts(scene, &first, next) } else { Vec::new() };
         all.extend(self.sides(scene, &first, &mut next.surroundings)?);
         all.extend(mirrors.before(scene, monitors, depth, (&mut drawn, &mut shown))?);
         all.extend(of_picture);

@@ -1,6 +1,6 @@
 //! What the pipelines of a view know when they are made.
 
-use super::asked::{Asked, ViewPart};
+use super::ask::{ViewPart, ViewRequest};
 use super::mirrors::{MirrorView, Reflector};
 use super::shadows::takes_one_tap;
 use super::surroundings::FrameSurroundings;
@@ -15,7 +15,7 @@ use crate::shadows::{ShadowFilter, ViewShadows};
 
 /// The `override` constants of a view's pipelines.
 pub(super) fn constants_of(
-    (asked, world): (&Asked, &WorldDraws),
+    (asked, world): (&ViewRequest, &WorldDraws),
     table: &LightTable,
     shadows: Option<&ViewShadows>,
     (tiles, surroundings): (Option<&EnvironmentTiles>, Option<&FrameSurroundings>),

@@ -1,6 +1,6 @@
 //! Numbers of a frame: draws that only light, and pairs of light and what it may reach.
 
-use super::asked::Asked;
+use super::ask::ViewRequest;
 use crate::aov::f32_from_half;
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::draws::WorldDraws;
@@ -10,7 +10,7 @@ use crate::render_settings::Path;
 use crate::request::PairCounts;
 
 /// Draw calls of a view that only light.
-pub(super) fn light_draws(view: &PreparedView, asked: &Asked, world: &WorldDraws) -> u32 {
+pub(super) fn light_draws(view: &PreparedView, asked: &ViewRequest, world: &WorldDraws) -> u32 {
     if asked.part.is_fisheye() {
         return 0;
     }

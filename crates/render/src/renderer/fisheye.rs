@@ -1,7 +1,7 @@
 //! Fisheye pictures: what is asked of the views that they are put together from.
 
 use super::Renderer;
-use super::asked::ViewPart;
+use super::ask::ViewPart;
 use super::captures::Part;
 use crate::camera_settings::Fisheye;
 use crate::fisheye::{Face, FisheyeFaces, FisheyeInfo};

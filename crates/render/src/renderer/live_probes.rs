@@ -1,11 +1,13 @@
 //! Probes whose light frames find: what is asked of the views around them, and where what they show belongs.
 
-use super::asked::{Asked, ViewPart};
+use super::Renderer;
+use super::ask::{ViewPart, ViewRequest};
 use super::captures::{Captures, Part};
 use super::next::NextState;
 use super::probes::{DueProbe, place_of};
+use super::purpose::Purpose;
+use super::resolve::ResolvedFrame;
 use super::surroundings::{FrameSurroundings, side_request};
-use super::{Purpose, Renderer};
 use crate::constants::PROBE_FACE_SIDE;
 use crate::environment::lobe::FACES;
 use crate::environment::{Environment, EnvironmentSettings};
@@ -264,8 +266,9 @@ impl Renderer {
                     continue;
                 }
                 let parts = parts_of(&grids, due, true, request);
-                let next = NextState::of(self, &Purpose::Probes);
-                self.run_views(scene, Captures { parts, left_out: 0 }, next, &mut Purpose::Probes).await?;
+                let next = NextState::of(self, &Purpose::BESIDE);
+                let resolved = ResolvedFrame { captures: Captures { parts, left_out: 0 }, next };
+                self.run_views(scene, resolved, &Purpose::BESIDE).await?;
                 done += due.len();
                 if !progress(done, all) {
                     self.surroundings.probes.forget();
@@ -282,12 +285,12 @@ impl Renderer {
     pub(super) fn captured_probes(
         &self,
         scene: &Scene,
-        asked: &[Asked],
+        asked: &[ViewRequest],
         surroundings: Option<&FrameSurroundings>,
     ) -> Vec<Option<CapturedProbe>> {
         let Some(surroundings) = surroundings else { return Vec::new() };
         let grids = known(scene, true);
-        let captured = |(asked, of, is_apart): (&Asked, DueProbe, bool)| {
+        let captured = |(asked, of, is_apart): (&ViewRequest, DueProbe, bool)| {
             let (grid, placed) = (grids.get(of.grid)?, surroundings.probes.grids.get(of.grid)?);
             let (_, offset_m) = place_of(grid, of.probe)?;
             let light = if is_apart { 1 - placed.light.min(1) } else { placed.light };
@@ -305,7 +308,7 @@ impl Renderer {
                 sun_irradiances: uniform.sun_irradiances,
             })
         };
-        let first_side = |asked: &'_ Asked| match asked.part {
+        let first_side = |asked: &'_ ViewRequest| match asked.part {
             ViewPart::Probe(ProbeSide { of, face: 0, is_apart }) => Some((of, is_apart)),
             _ => None,
         };

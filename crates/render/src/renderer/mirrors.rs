@@ -1,6 +1,6 @@
 //! Flat mirrors: which a view shows, and what is asked of the views behind them.
 
-use super::asked::ViewPart;
+use super::ask::ViewPart;
 use super::captures::{Part, settings_of, widest_range};
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::environment::Background;
@@ -50,7 +50,7 @@ pub(super) enum Reflector {
 
 /// What a view shows of a mirror.
 #[derive(Clone, Debug)]
-pub(super) struct MirrorSeen {
+pub(super) struct MirrorLink {
     /// The name of the view behind it.
     pub view: String,
     pub of: Reflector,
@@ -261,7 +261,7 @@ impl<'s> Mirrors<'s> {
             let number = if twin > 0 { format!(".{}", twin + 1) } else { String::new() };
             let outer = if part.name.is_empty() { String::new() } else { format!("{}/", part.name) };
             let view = format!("{outer}{}/{name}{number}", of.kind());
-            part.mirrors.push(MirrorSeen {
+            part.mirrors.push(MirrorLink {
                 view: view.clone(),
                 of: *of,
                 normal_world,

@@ -2,7 +2,7 @@
 //! the texels of probes beside those of the environment.
 
 use super::Renderer;
-use super::asked::ViewPart;
+use super::ask::ViewPart;
 use super::captures::{Part, settings_of};
 use super::live_probes::ProbeLighting;
 use super::next::NextState;

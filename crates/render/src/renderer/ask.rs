@@ -1,12 +1,13 @@
 //! What a frame is asked for of each view, checked.
 
-use super::Purpose;
-use super::captures::{MonitorView, Part};
+use super::Renderer;
+use super::captures::{Captures, MonitorView, Part};
 use super::live_probes::ProbeSide;
-use super::mirrors::{MirrorSeen, MirrorView, ROUGH_MARGIN};
+use super::mirrors::{MirrorLink, MirrorView, ROUGH_MARGIN};
 use super::output::{MeansOf, ViewState};
+use super::purpose::Purpose;
 use super::surroundings::SideView;
-use super::temporal::TemporalAsked;
+use super::temporal::{TemporalRequest, move_mirrors};
 use crate::environment::{Environment, studio};
 use crate::fisheye::{Face, FisheyeFaces};
 use crate::gpu::Capabilities;
@@ -17,14 +18,14 @@ use crate::passes::adaptive;
 use crate::request::{FrameRequest, RenderError};
 use crate::view::{DepthRange, ViewUniform};
 use glam::{Vec2, Vec4};
-use manypass_scene::{EnvironmentLight, EnvironmentMap};
+use manypass_scene::{EnvironmentLight, EnvironmentMap, Scene};
 use std::sync::Arc;
 
 /// For how many samples textures are filtered where frames before add theirs.
 const TEMPORAL_SAMPLES: u32 = 4;
 
 /// One view of the frame, as it was asked for.
-pub(super) struct Asked {
+pub(super) struct ViewRequest {
     pub name: String,
     pub request: FrameRequest,
     /// The picture of its environment, if that is one.
@@ -42,11 +43,11 @@ pub(super) struct Asked {
     /// What of a picture it is.
     pub part: ViewPart,
     /// The mirrors that it shows.
-    pub mirrors: Vec<MirrorSeen>,
+    pub mirrors: Vec<MirrorLink>,
     /// In how many other pictures the monitor is seen for whose sake it is drawn.
     pub level: Option<u32>,
     /// What is known of the frames before, if it is anti-aliased by them.
-    pub temporal: Option<TemporalAsked>,
+    pub temporal: Option<TemporalRequest>,
     /// By how many of its pixels a view behind a mirror is moved with the view that shows it, for the sake of the latter's
     /// other frames.
     pub viewer_jitter_px: Vec2,
@@ -100,7 +101,7 @@ impl ViewPart {
     }
 }
 
-impl Asked {
+impl ViewRequest {
     pub fn new(
         Part { name, request, part, mirrors, level }: Part,
         environment: Option<Arc<EnvironmentMap>>,
@@ -115,7 +116,7 @@ impl Asked {
         if part.is_fisheye() && request.camera.is_orthographic() {
             return Err(RenderError::Fisheye("needs a camera with perspective, and this one has parallel rays"));
         }
-        if part.is_fisheye() && (!request.want_aovs.is_empty() || matches!(purpose, Purpose::Variables)) {
+        if part.is_fisheye() && (!request.want_aovs.is_empty() || purpose.draws_variables_alone) {
             return Err(RenderError::Fisheye("has no variables (AOVs)"));
         }
         let limit = capabilities.max_texture_size;
@@ -150,7 +151,7 @@ impl Asked {
                 ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) => MeansOf::request(&request),
             },
             wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
-            counts_pairs: matches!(purpose, Purpose::Pairs(_)),
+            counts_pairs: purpose.counts_pairs,
             part,
             temporal: None,
             viewer_jitter_px: Vec2::ZERO,
@@ -214,5 +215,81 @@ impl Asked {
             || !self.has_output()
             || self.means_of == state.means_of
                 && state.output.as_ref().is_some_and(|output| output.is_of(self.output_size))
+    }
+}
+
+/// The views of a frame, innermost first, each with what it keeps from its last frame.
+pub(super) struct FrameViews {
+    pub requests: Vec<ViewRequest>,
+    pub states: Vec<ViewState>,
+    /// How many views within pictures are left out.
+    pub captures_left_out: u32,
+}
+
+impl Renderer {
+    /// Checks what a frame is asked for of its views, and takes what they keep. [`Self::keep_views`] puts that back.
+    pub(super) fn ask(
+        &mut self,
+        scene: &Scene,
+        captures: Captures,
+        purpose: &Purpose<'_>,
+    ) -> Result<FrameViews, RenderError> {
+        let Captures { parts, left_out: captures_left_out } = captures;
+        let mut requests: Vec<ViewRequest> =
+            parts.into_iter().map(|part| self.ask_part(scene, part, purpose)).collect::<Result<_, _>>()?;
+        let is_twice =
+            |(at, view): &(usize, &ViewRequest)| requests.iter().skip(at + 1).any(|other| other.name == view.name);
+        if let Some((_, view)) = requests.iter().enumerate().find(is_twice) {
+            return Err(RenderError::ViewTwice(view.name.clone()));
+        }
+        let begins = |asked: &&ViewRequest| purpose.keeps_variables && asked.request.sample_index == 0;
+        let begun: Vec<&str> = requests.iter().filter(begins).map(|asked| asked.name.as_str()).collect();
+        self.forget_variables_of(|name| begun.contains(&name));
+        // A plan leaves no trace in what the views keep.
+        let mut take_state = |asked: &ViewRequest| {
+            let kept = if purpose.is_run { self.views.remove(&asked.name) } else { None };
+            let mut state = kept.unwrap_or_else(|| ViewState::new(&self.gpu));
+            state.is_within = asked.part.is_within();
+            state
+        };
+        let states: Vec<ViewState> = requests.iter().map(&mut take_state).collect();
+        for (asked, state) in requests.iter_mut().zip(&states) {
+            asked.temporal = TemporalRequest::new(&mut asked.request, state, scene);
+        }
+        move_mirrors(&mut requests);
+        Ok(FrameViews { requests, states, captures_left_out })
+    }
+
+    /// Checks what a frame is asked for of one view.
+    fn ask_part(&self, scene: &Scene, mut part: Part, purpose: &Purpose<'_>) -> Result<ViewRequest, RenderError> {
+        let settings = &mut part.request.settings;
+        // Not before, because it depends on the background, which callers choose afterwards.
+        settings.ground.mode = settings.ground.mode.resolved(settings.environment.source, settings.background.source);
+        let settings = &part.request.settings.environment;
+        let of_scene = scene.environment.clone().filter(|_| settings.source == Environment::File);
+        let environment = of_scene.or_else(|| self.computed.of(settings));
+        ViewRequest::new(part, environment, purpose, &self.gpu.capabilities)
+    }
+
+    /// Puts back what the views of a frame keep, after it was submitted or failed. Gives what they were asked for.
+    pub(super) fn keep_views(
+        &mut self,
+        views: FrameViews,
+        fault: Option<&RenderError>,
+        purpose: &Purpose<'_>,
+    ) -> Vec<ViewRequest> {
+        let FrameViews { requests, mut states, .. } = views;
+        if fault.is_some() {
+            states.iter_mut().for_each(ViewState::forget_undrawn);
+            self.gpu.forget_refused();
+        }
+        if purpose.is_run {
+            self.views.extend(requests.iter().map(|asked| asked.name.clone()).zip(states));
+        }
+        if matches!(fault, Some(RenderError::Gpu(_))) {
+            // Nobody knows what was drawn of what anti-aliasing over time keeps.
+            self.cut();
+        }
+        requests
     }
 }
