@@ -34,6 +34,7 @@ mod submit;
 mod surroundings;
 mod temporal;
 mod variables;
+mod view_kind;
 mod views;
 mod visible;
 mod water;

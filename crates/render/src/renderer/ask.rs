@@ -1,15 +1,13 @@
 //! What a frame is asked for of each view, checked.
 
 use super::Renderer;
-use super::captures::{Captures, MonitorView, Part};
-use super::live_probes::ProbeSide;
-use super::mirrors::{MirrorLink, MirrorView, ROUGH_MARGIN};
+use super::captures::{Captures, Part};
+use super::mirrors::MirrorLink;
 use super::output::{MeansOf, ViewState};
 use super::purpose::Purpose;
-use super::surroundings::SideView;
 use super::temporal::{TemporalRequest, move_mirrors};
+use super::view_kind::ViewKind;
 use crate::environment::{Environment, studio};
-use crate::fisheye::{Face, FisheyeFaces};
 use crate::gpu::Capabilities;
 use crate::lens::SampleView;
 use crate::lights::Rectangle;
@@ -40,8 +38,7 @@ pub(super) struct ViewRequest {
     pub wants_variables: bool,
     /// Whether pairs of light and what it may reach are counted in place of light.
     pub counts_pairs: bool,
-    /// What of a picture it is.
-    pub part: ViewPart,
+    pub kind: ViewKind,
     /// The mirrors that it shows.
     pub mirrors: Vec<MirrorLink>,
     /// In how many other pictures the monitor is seen for whose sake it is drawn.
@@ -53,57 +50,9 @@ pub(super) struct ViewRequest {
     pub viewer_jitter_px: Vec2,
 }
 
-/// What of a picture a view is.
-#[derive(Clone, Debug)]
-pub(super) enum ViewPart {
-    /// All of it.
-    Whole,
-    /// A view that the picture is put together from, which follows it.
-    Face(Face),
-    /// A picture that is put together from the views before it: it draws no surfaces itself.
-    Fisheye(FisheyeFaces),
-    /// What a monitor's camera sees, which views after it show.
-    Monitor(MonitorView),
-    /// What is behind a mirror, which the view after it shows.
-    Mirror(MirrorView),
-    /// A side of the pictures around a place, which views after it have as their environment.
-    Side(SideView),
-    /// A side of what is around a probe, which views after it have the light of.
-    Probe(ProbeSide),
-}
-
-impl ViewPart {
-    /// Whether it is within a picture, over which nothing is laid.
-    pub fn is_within(&self) -> bool {
-        matches!(self, Self::Face(_) | Self::Monitor(_) | Self::Mirror(_) | Self::Side(_) | Self::Probe(_))
-    }
-
-    /// Whether it is a picture of a fisheye, or a side of one, whose frustum is sheared; or what is behind a mirror in that.
-    pub fn is_of_fisheye(&self) -> bool {
-        match self {
-            Self::Face(_) | Self::Fisheye(_) => true,
-            Self::Mirror(view) => view.shear != (Vec2::ZERO, 0.0),
-            Self::Whole | Self::Monitor(_) | Self::Side(_) | Self::Probe(_) => false,
-        }
-    }
-
-    /// By how much its picture is moved, and how far it then reaches beyond its frustum, in metres a metre.
-    pub fn shear(&self) -> (Vec2, f32) {
-        match self {
-            Self::Face(face) => (face.shift_ndc(), face.beyond()),
-            Self::Mirror(view) => view.shear,
-            Self::Whole | Self::Fisheye(_) | Self::Monitor(_) | Self::Side(_) | Self::Probe(_) => (Vec2::ZERO, 0.0),
-        }
-    }
-
-    pub fn is_fisheye(&self) -> bool {
-        matches!(self, Self::Fisheye(_))
-    }
-}
-
 impl ViewRequest {
     pub fn new(
-        Part { name, request, part, mirrors, level }: Part,
+        Part { name, request, kind, mirrors, level }: Part,
         environment: Option<Arc<EnvironmentMap>>,
         purpose: &Purpose<'_>,
         capabilities: &Capabilities,
@@ -113,15 +62,15 @@ impl ViewRequest {
         {
             return Err(RenderError::ParallelLens);
         }
-        if part.is_fisheye() && request.camera.is_orthographic() {
+        if !kind.draws_surfaces && request.camera.is_orthographic() {
             return Err(RenderError::Fisheye("needs a camera with perspective, and this one has parallel rays"));
         }
-        if part.is_fisheye() && (!request.want_aovs.is_empty() || purpose.draws_variables_alone) {
+        if !kind.draws_surfaces && (!request.want_aovs.is_empty() || purpose.draws_variables_alone) {
             return Err(RenderError::Fisheye("has no variables (AOVs)"));
         }
         let limit = capabilities.max_texture_size;
         // The views are shaded at that scale.
-        let scale = if part.is_fisheye() { 1.0 } else { request.settings.render.scale };
+        let scale = if !kind.draws_surfaces { 1.0 } else { request.settings.render.scale };
         let shaded = |side: u32| ((side as f32 * scale).round() as u32).max(1);
         let (width, height) = (request.width, request.height);
         let size = (shaded(width), shaded(height));
@@ -144,15 +93,10 @@ impl ViewRequest {
             environment,
             size,
             output_size: (width, height),
-            means_of: match part {
-                ViewPart::Face(_) | ViewPart::Mirror(_) | ViewPart::Side(_) | ViewPart::Probe(_) => MeansOf::Nothing,
-                // Those of a live view are not drawn in all of its frames.
-                ViewPart::Monitor(_) if request.goes_on || request.sample_count <= 1 => MeansOf::Nothing,
-                ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) => MeansOf::request(&request),
-            },
+            means_of: if kind.has_means { MeansOf::request(&request) } else { MeansOf::Nothing },
             wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
             counts_pairs: purpose.counts_pairs,
-            part,
+            kind,
             temporal: None,
             viewer_jitter_px: Vec2::ZERO,
             request,
@@ -186,26 +130,16 @@ impl ViewRequest {
         if self.request.sample_index == 0 { 1 } else { state.latest_sum }
     }
 
-    /// The outline that it draws within, and the rectangle around it, if it is behind a mirror whose pixels show one
-    /// direction each: others show what is beside.
+    /// The outline that it draws within, and the rectangle around it, if nothing is shown of it beside that.
     pub fn outline(&self, uniform: &ViewUniform) -> Option<(Outline, Rectangle)> {
-        let ViewPart::Mirror(MirrorView { is_smooth: true, corners_world, .. }) = self.part else { return None };
-        let of_view = (uniform, corners_world, self.size);
-        Some((Outline::new(of_view.0, of_view.1, of_view.2), rectangle_of(of_view.0, of_view.1, of_view.2)))
-    }
-
-    /// How many times as wide what it draws is as what the view shows that it is drawn for.
-    pub fn margin(&self) -> f32 {
-        if let ViewPart::Mirror(MirrorView { is_smooth: false, .. }) = self.part {
-            1.0 + 2.0 * ROUGH_MARGIN
-        } else {
-            1.0
-        }
+        let corners_world = self.kind.outline_world?;
+        let outline = Outline::new(uniform, corners_world, self.size);
+        Some((outline, rectangle_of(uniform, corners_world, self.size)))
     }
 
     /// Whether it has textures that samples are added to, or shown in.
     pub fn has_output(&self) -> bool {
-        !self.part.is_within() || self.means_of.go_on()
+        !self.kind.is_within || self.means_of.go_on()
     }
 
     /// Whether a sample that adds to those before it finds what they left.
@@ -249,7 +183,7 @@ impl Renderer {
         let mut take_state = |asked: &ViewRequest| {
             let kept = if purpose.is_run { self.views.remove(&asked.name) } else { None };
             let mut state = kept.unwrap_or_else(|| ViewState::new(&self.gpu));
-            state.is_within = asked.part.is_within();
+            state.is_within = asked.kind.is_within;
             state
         };
         let states: Vec<ViewState> = requests.iter().map(&mut take_state).collect();

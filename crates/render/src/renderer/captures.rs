@@ -2,10 +2,10 @@
 //! cameras.
 
 use super::Renderer;
-use super::ask::ViewPart;
 use super::mirrors::{MirrorLink, Mirrors, VIEWS_MAX};
 use super::next::NextState;
 use super::purpose::Purpose;
+use super::view_kind::{Drawing, ViewKind};
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::draws::may_show;
 use crate::overlay::monitors_of_overlay;
@@ -23,8 +23,7 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) struct Part {
     pub name: String,
     pub request: FrameRequest,
-    /// What of a picture it is.
-    pub part: ViewPart,
+    pub kind: ViewKind,
     /// The mirrors that it shows, whose views come before it.
     pub mirrors: Vec<MirrorLink>,
     /// In how many other pictures the monitor is seen for whose sake it is drawn.
@@ -32,9 +31,8 @@ pub(super) struct Part {
 }
 
 impl Part {
-    pub fn new(name: String, request: FrameRequest, part: ViewPart) -> Self {
-        let level = if let ViewPart::Monitor(MonitorView { level, .. }) = part { Some(level) } else { None };
-        Self { name, request, part, mirrors: Vec::new(), level }
+    pub fn new(name: String, request: FrameRequest, kind: ViewKind) -> Self {
+        Self { name, request, kind, mirrors: Vec::new(), level: None }
     }
 }
 
@@ -273,7 +271,7 @@ impl Renderer {
             None => BTreeSet::new(),
         };
         let seen: BTreeSet<usize> =
-            parts.iter().flat_map(|part| screens.seen_in(&part.request, part.part.is_of_fisheye())).collect();
+            parts.iter().flat_map(|part| screens.seen_in(&part.request, part.kind.is_sheared)).collect();
         let mut levels: Vec<BTreeSet<usize>> = vec![seen.into_iter().filter(is_there).collect()];
         let part = |image: usize, level: u32, darkens: &BTreeSet<usize>| {
             let (name, monitor, request) = requests.get(&image)?;
@@ -287,7 +285,15 @@ impl Renderer {
             let twin = requests.range(..image).filter(|(_, (other, ..))| other == name).count();
             let name = if twin > 0 { format!("{name}.{}", twin + 1) } else { (*name).to_owned() };
             let inner = if level > 0 { format!("/{}", level + 1) } else { String::new() };
-            Some(Part::new(format!("monitor/{name}{inner}"), request.clone(), ViewPart::Monitor(view)))
+            let kind = ViewKind {
+                is_capture: true,
+                // Those of a live view are not drawn in all of its frames.
+                has_means: !request.goes_on && request.sample_count > 1,
+                keeps_border: true,
+                ..ViewKind::within(Drawing::Monitor(view))
+            };
+            let part = Part::new(format!("monitor/{name}{inner}"), request.clone(), kind);
+            Some(Part { level: Some(level), ..part })
         };
         let is_known = |(image, width, height): &(usize, u32, u32)| {
             requests.get(image).is_some_and(|(_, monitor, _)| (monitor.width, monitor.height) == (*width, *height))

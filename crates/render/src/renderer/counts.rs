@@ -11,7 +11,7 @@ use crate::request::PairCounts;
 
 /// Draw calls of a view that only light.
 pub(super) fn light_draws(view: &PreparedView, asked: &ViewRequest, world: &WorldDraws) -> u32 {
-    if asked.part.is_fisheye() {
+    if !asked.kind.draws_surfaces {
         return 0;
     }
     let settings = &asked.request.settings;

@@ -1,13 +1,14 @@
 //! Probes whose light frames find: what is asked of the views around them, and where what they show belongs.
 
 use super::Renderer;
-use super::ask::{ViewPart, ViewRequest};
+use super::ask::ViewRequest;
 use super::captures::{Captures, Part};
 use super::next::NextState;
 use super::probes::{DueProbe, place_of};
 use super::purpose::Purpose;
 use super::resolve::ResolvedFrame;
 use super::surroundings::{FrameSurroundings, side_request};
+use super::view_kind::{CapturedLight, Drawing, ViewKind};
 use crate::constants::PROBE_FACE_SIDE;
 use crate::environment::lobe::FACES;
 use crate::environment::{Environment, EnvironmentSettings};
@@ -67,13 +68,27 @@ fn request_of(grid: &ProbeGrid, probe: usize, face: usize, request: &FrameReques
     Some(FrameRequest { light_rounds: None, ..side })
 }
 
+/// A side of what is around a probe. Suns are known to those who add up what sides show. A probe in a wall sees the wall,
+/// and nothing beyond.
+fn kind_of(side: ProbeSide) -> ViewKind {
+    ViewKind {
+        constants: &[("shows_light", 2), ("backs_are_black", 1)],
+        // How far the eye is from a probe says nothing of how its light is seen.
+        simplifies_far_light: false,
+        shows_backs: true,
+        is_around: true,
+        captured_light: CapturedLight::Irradiance,
+        ..ViewKind::within(Drawing::Probe(side))
+    }
+}
+
 /// The views around probes. Their names are those of their places among them, so that few are kept.
 fn parts_of(grids: &[&ProbeGrid], due: &[DueProbe], is_apart: bool, request: &FrameRequest) -> Vec<Part> {
     let views = due.iter().enumerate().flat_map(|(slot, of)| (0..FACES.len()).map(move |face| (slot, *of, face)));
     let part = |(slot, of, face): (usize, DueProbe, usize)| {
         let asked = request_of(grids.get(of.grid)?, of.probe, face, request)?;
         let side = ProbeSide { of, face, is_apart };
-        Some(Part::new(format!("probes/{slot}.{face}"), asked, ViewPart::Probe(side)))
+        Some(Part::new(format!("probes/{slot}.{face}"), asked, kind_of(side)))
     };
     views.filter_map(part).collect()
 }
@@ -308,8 +323,8 @@ impl Renderer {
                 sun_irradiances: uniform.sun_irradiances,
             })
         };
-        let first_side = |asked: &'_ ViewRequest| match asked.part {
-            ViewPart::Probe(ProbeSide { of, face: 0, is_apart }) => Some((of, is_apart)),
+        let first_side = |asked: &'_ ViewRequest| match asked.kind.drawing {
+            Drawing::Probe(ProbeSide { of, face: 0, is_apart }) => Some((of, is_apart)),
             _ => None,
         };
         let first_sides =

@@ -1,7 +1,7 @@
 //! Flat mirrors: which a view shows, and what is asked of the views behind them.
 
-use super::ask::ViewPart;
 use super::captures::{Part, settings_of, widest_range};
+use super::view_kind::{Drawing, ViewKind};
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::environment::Background;
 use crate::outline::is_seen;
@@ -34,7 +34,7 @@ const SCALE_MAX: f32 = 2.0;
 
 /// How much more than the picture is drawn behind a rough mirror, which reflects what is beside it: so large a share on
 /// each side.
-pub(super) const ROUGH_MARGIN: f32 = 0.3;
+const ROUGH_MARGIN: f32 = 0.3;
 
 /// What reflects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -66,11 +66,6 @@ pub(super) struct MirrorView {
     pub is_smooth: bool,
     /// What shows it.
     pub of: Reflector,
-    /// The corners of a rectangle around it, one after the other.
-    pub corners_world: [Vec3; 4],
-    /// By how much its picture is moved, because that of the view that shows it is, and how far it then reaches beyond its
-    /// frustum, in metres a metre.
-    pub shear: (Vec2, f32),
 }
 
 /// A mirror that is drawn, or water.
@@ -106,6 +101,29 @@ impl<'s> Known<'s> {
         match &self.through {
             None => corners,
             Some((matrix, _)) => corners.map(|corner| matrix.transform_point3(corner)),
+        }
+    }
+
+    /// The view behind it, for a view of a kind: each pixel of smooth ones shows one direction, while others show what is
+    /// beside, too.
+    fn kind_behind(&self, viewer: &ViewKind) -> ViewKind {
+        let Self { is_smooth, of, .. } = *self;
+        let (shift_ndc, beyond) = viewer.shear;
+        let margin = if is_smooth { 1.0 } else { 1.0 + 2.0 * ROUGH_MARGIN };
+        let shear = (shift_ndc / margin, beyond);
+        ViewKind {
+            is_capture: true,
+            is_sheared: shear != (Vec2::ZERO, 0.0),
+            shear,
+            outline_world: is_smooth.then(|| self.corners_behind()),
+            margin,
+            // What lies behind everything is what surfaces get light of; suns are lights on water with waves.
+            constants: match of {
+                Reflector::Water(_) if !is_smooth => &[("shows_light", 2)],
+                Reflector::Water(_) | Reflector::Node(_) => &[("shows_light", 1)],
+                Reflector::Portal(..) => &[],
+            },
+            ..ViewKind::within(Drawing::Mirror(MirrorView { is_smooth, of }))
         }
     }
 
@@ -238,7 +256,7 @@ impl<'s> Mirrors<'s> {
         (drawn, shown): (&mut usize, &mut BTreeSet<Reflector>),
     ) -> Result<Vec<Part>, RenderError> {
         let mut parts = Vec::new();
-        if part.part.is_fisheye() {
+        if !part.kind.draws_surfaces {
             return Ok(parts);
         }
         let has_reflections = part.request.settings.render.path != Path::Gouraud;
@@ -248,7 +266,7 @@ impl<'s> Mirrors<'s> {
             if scene.node(*node).layers & part.request.layers == 0 || !is_possible {
                 continue;
             }
-            let of_viewer = (&part.request, part.part.is_of_fisheye());
+            let of_viewer = (&part.request, part.kind.is_sheared);
             let Some((behind, normal_world)) = request_behind(known, self.limit_px, of_viewer)? else { continue };
             *drawn += 1;
             // Those beyond are counted, but not drawn.
@@ -268,15 +286,8 @@ impl<'s> Mirrors<'s> {
                 corners_world: panel.corners_world(),
                 is_smooth: *is_smooth,
             });
-            let (shift_ndc, beyond) = part.part.shear();
-            let margin = if *is_smooth { 1.0 } else { 1.0 + 2.0 * ROUGH_MARGIN };
-            let of_mirror = ViewPart::Mirror(MirrorView {
-                is_smooth: *is_smooth,
-                of: *of,
-                corners_world: known.corners_behind(),
-                shear: (shift_ndc / margin, beyond),
-            });
-            parts.push(Part { level: part.level, ..Part::new(view, behind, of_mirror) });
+            let kind = known.kind_behind(&part.kind);
+            parts.push(Part { level: part.level, ..Part::new(view, behind, kind) });
         }
         Ok(parts)
     }

@@ -1,7 +1,7 @@
 //! Everything that the views of a frame are recorded from: the scene on the device, draws, lights, shadows, uniforms.
 
 use super::Renderer;
-use super::ask::{FrameViews, ViewPart, ViewRequest};
+use super::ask::{FrameViews, ViewRequest};
 use super::ground::FrameGround;
 use super::next::NextState;
 use super::output::{Output, ViewState};
@@ -121,7 +121,7 @@ impl Renderer {
         let PreparedScene { scene, visible, shadows } = prepared;
         let requests = &views.requests;
         let ground = self.prepare_ground(requests, &visible, &scene, next);
-        let of_surroundings = requests.iter().find(|asked| !matches!(asked.part, ViewPart::Side(_)));
+        let of_surroundings = requests.iter().find(|asked| asked.kind.bounce.is_none());
         let environment = of_surroundings.and_then(|asked| self.tiles_of(asked)).map(|tiles| tiles.view.clone());
         let surroundings = of_surroundings
             .and_then(|asked| self.prepare_surroundings(scene.scene, &asked.request, environment.as_ref(), next));
@@ -174,7 +174,7 @@ impl Renderer {
     ) -> Result<Vec<Option<OverlayDraw>>, RenderError> {
         let mut overlays = Vec::with_capacity(views.requests.len());
         for (asked, state) in views.requests.iter().zip(&mut views.states) {
-            if asked.part.is_within() || !purpose.shows_picture {
+            if asked.kind.is_within || !purpose.shows_picture {
                 overlays.push(None);
                 continue;
             }
@@ -218,10 +218,8 @@ impl Renderer {
 
 /// The numbers of a frame before anything is drawn: how many of its views are pictures within others.
 fn stats_of_captures(requests: &[ViewRequest], captures_left_out: u32) -> FrameStats {
-    let is_capture =
-        |asked: &&ViewRequest| matches!(asked.part, ViewPart::Monitor(_) | ViewPart::Mirror(_) | ViewPart::Side(_));
-    let captures = requests.iter().filter(is_capture).count() as u32;
-    let probe_views = requests.iter().filter(|asked| matches!(asked.part, ViewPart::Probe(_))).count();
+    let captures = requests.iter().filter(|asked| asked.kind.is_capture).count() as u32;
+    let probe_views = requests.iter().filter(|asked| asked.kind.is_around).count();
     let probes_captured = (probe_views / FACES.len()) as u32;
     FrameStats { captures, captures_left_out, probes_captured, ..FrameStats::default() }
 }

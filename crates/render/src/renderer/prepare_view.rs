@@ -1,13 +1,14 @@
 //! From what a frame is asked for to views that can be recorded.
 
 use super::Renderer;
-use super::ask::{ViewPart, ViewRequest};
+use super::ask::ViewRequest;
 use super::constants::constants_of;
 use super::ground::{FrameGround, light_in_environment};
 use super::output::{Output, Unsettled, ViewState};
 use super::purpose::Purpose;
 use super::shadows::{Atlas, contact_uniform, filter_uniform};
-use super::surroundings::{FrameSurroundings, SideView};
+use super::surroundings::FrameSurroundings;
+use super::view_kind::CapturedLight;
 use super::visible::{FrameScene, VisibleSet};
 use crate::aov::AovPasses;
 use crate::decals::DecalDraws;
@@ -351,24 +352,20 @@ fn surroundings_of<'f>(
     of_frame: Option<&'f FrameSurroundings>,
     tiles: Option<&EnvironmentTiles>,
 ) -> Option<Cow<'f, FrameSurroundings>> {
-    // Sides that are captured first have the environment's light alone: the texture of the others is being drawn.
-    if matches!(asked.part, ViewPart::Side(SideView { bounce: 0, .. })) {
-        return None;
-    }
     let of_frame = of_frame.filter(|of_frame| of_frame.have(tiles.map(|tiles| &tiles.view)))?;
-    Some(match asked.part {
-        ViewPart::Probe(_) => Cow::Owned(of_frame.of_probes()),
-        _ => Cow::Borrowed(of_frame),
-    })
+    match asked.kind.captured_light {
+        CapturedLight::None => None,
+        CapturedLight::Irradiance => Some(Cow::Owned(of_frame.of_probes())),
+        CapturedLight::All => Some(Cow::Borrowed(of_frame)),
+    }
 }
 
 /// The plane under the scene as a view shows it.
 fn ground_of(asked: &ViewRequest, ground: &FrameGround, table: &LightTable) -> Option<ViewGround> {
     let ViewRequest { request, size, .. } = asked;
     let FrameGround { map, broad_source, texture, .. } = ground;
-    let is_picture = matches!(asked.part, ViewPart::Whole | ViewPart::Monitor(_));
     let settings = &request.settings;
-    let keeps = is_picture && keeps_border(settings.environment.source, settings.background.source);
+    let keeps = asked.kind.keeps_border && keeps_border(settings.environment.source, settings.background.source);
     let picture = keeps.then_some((&request.camera, size.0 as f32 / size.1 as f32));
     let of_environment = || light_in_environment(broad_source.as_ref(), request);
     let light = GroundLight::of_table(table).or_else(of_environment);

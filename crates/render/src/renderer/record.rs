@@ -1,6 +1,6 @@
 //! Declares the passes of a frame's views on its graph, each view with what those before it left.
 
-use super::ask::{FrameViews, ViewPart, ViewRequest};
+use super::ask::{FrameViews, ViewRequest};
 use super::captures::MonitorView;
 use super::counts::light_draws;
 use super::fisheye::uv_from_place;
@@ -12,6 +12,7 @@ use super::prepare_view::{ViewSetup, output_of};
 use super::purpose::Purpose;
 use super::shadows::Atlas;
 use super::surroundings::{self, FrameSurroundings, SideView, SurroundingsState};
+use super::view_kind::Drawing;
 use super::water::Surfaces;
 use crate::aov::AovExports;
 use crate::environment::lobe::FACES;
@@ -133,7 +134,7 @@ fn record_views<'v, 'f: 'v>(
     for view in views {
         let RecordInputs { asked, setup, .. } = &view;
         // Those that are captured again have the light of what was captured before.
-        let bounce = if let ViewPart::Side(side) = &asked.part { Some(side.bounce) } else { None };
+        let bounce = asked.kind.bounce;
         if before.sides.keys().next().is_some_and(|side| Some(side.bounce) != bounce)
             && let (Some((state, surroundings)), Some(first)) = (features.surroundings, first_side)
         {
@@ -287,19 +288,19 @@ fn record_view<'f>(
         portals: doors.shown(asked, &mut before.through),
         particles: particles.clone(),
     };
-    let outputs = match &asked.part {
-        ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view, &flat)?,
-        ViewPart::Mirror(view) => {
+    let outputs = match &asked.kind.drawing {
+        Drawing::Picture => frame::view_passes(&mut r, &request.settings, &of_view, &flat)?,
+        Drawing::Mirror(view) => {
             let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
             record_mirrored(&mut r, view, asked, outputs, before)?;
             return Ok(ViewExports::default());
         }
-        ViewPart::Side(side) => {
+        Drawing::Side(side) => {
             let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
             before.sides.insert(*side, radiance);
             return Ok(ViewExports::default());
         }
-        ViewPart::Probe(_) => {
+        Drawing::Probe(_) => {
             let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
             if let ViewOutputs { radiance, gbuffer: Some(Gbuffer { linear_depth, .. }), .. } = outputs {
                 before.around.push(SeenSide { radiance, linear_depth });
@@ -309,19 +310,19 @@ fn record_view<'f>(
             }
             return Ok(ViewExports::default());
         }
-        ViewPart::Face(face) => {
+        Drawing::Face(face) => {
             let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
             let uv_from_place = uv_from_place(face, request, asked.size);
             before.faces.push(FaceRadiance { side: face.side, radiance, uv_from_place });
             return Ok(ViewExports::default());
         }
-        ViewPart::Monitor(view) => {
+        Drawing::Monitor(view) => {
             darken_monitors(&mut r, scene, view);
             let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
             before.seen.push(record_monitored(&mut r, view, (asked, state, setup), outputs, purpose)?);
             return Ok(ViewExports::default());
         }
-        ViewPart::Fisheye(of_fisheye) => {
+        Drawing::Fisheye(of_fisheye) => {
             frame::fisheye_passes(&mut r, &of_fisheye.lens, request.sample(), std::mem::take(&mut before.faces))?
         }
     };
@@ -345,7 +346,7 @@ fn record_view<'f>(
 
 /// Counts the pairs of a view; none of a fisheye, whose sides are counted.
 fn record_pairs(r: &mut Recorder<'_, '_>, asked: &ViewRequest) -> Result<ViewExports, RenderError> {
-    if asked.part.is_fisheye() {
+    if !asked.kind.draws_surfaces {
         return Ok(ViewExports::default());
     }
     let pairs = frame::pair_passes(r, &asked.request.settings)?;

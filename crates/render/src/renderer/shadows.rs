@@ -1,7 +1,7 @@
 //! The shadows of a frame: the atlas on the device, and which of its tiles are drawn.
 
 use super::Renderer;
-use super::ask::{ViewPart, ViewRequest};
+use super::ask::ViewRequest;
 use super::next::NextState;
 use super::purpose::Purpose;
 use super::visible::{FrameScene, VisibleSet};
@@ -86,9 +86,8 @@ fn settings_of<'a>(asked: &'a [ViewRequest], scene: &Scene, limit: u32) -> Optio
         return None;
     }
     let settings = asked.iter().map(|asked| &asked.request.settings.shadows).find(|settings| settings.enabled)?;
-    let of_view = |asked: &ViewRequest| match asked.part {
-        ViewPart::Probe(_) => AROUND_DIRECTIONAL_PX,
-        _ => asked.size.0.max(asked.size.1),
+    let of_view = |asked: &ViewRequest| {
+        if asked.kind.is_around { AROUND_DIRECTIONAL_PX } else { asked.size.0.max(asked.size.1) }
     };
     let longest_px = asked.iter().map(of_view).max()?;
     Some((settings, Shadows::side_allowed(settings, limit, longest_px, lights)))
@@ -156,14 +155,14 @@ impl Renderer {
     ) -> Option<(FrameShadows, Atlas)> {
         let (settings, side_max) = settings_of(asked, world.scene, self.gpu.capabilities.max_texture_size)?;
         let of_view = |(asked, lit): (&'_ ViewRequest, &'_ VisibleSet)| {
-            let is_drawn = asked.request.settings.shadows.enabled && !asked.part.is_fisheye();
+            let is_drawn = asked.request.settings.shadows.enabled && asked.kind.draws_surfaces;
             is_drawn.then_some((
                 asked.name.clone(),
                 asked.request.camera,
                 asked.size,
                 (lit.range, lit.seen.beyond),
                 asked.request.settings.fog.scatters(),
-                matches!(asked.part, ViewPart::Probe(_)),
+                asked.kind.is_around,
                 lit.lists.table.clone(),
             ))
         };

@@ -139,7 +139,7 @@ pub(super) fn move_mirrors(asked: &mut [ViewRequest]) {
             let larger =
                 Vec2::new(behind.size.0 as f32, behind.size.1 as f32) / Vec2::new(size.0 as f32, size.1 as f32);
             // What is drawn beyond the viewer's picture makes no pixel larger.
-            behind.viewer_jitter_px = jitter_px * larger / behind.margin();
+            behind.viewer_jitter_px = jitter_px * larger / behind.kind.margin;
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What views draw, and which lights reach it.
 
 use super::Renderer;
-use super::ask::{ViewPart, ViewRequest};
+use super::ask::ViewRequest;
 use super::output::ViewState;
 use crate::constants::{DECAL_EMISSION, SHARP_ROUGHNESS};
 use crate::decals::{DecalTable, SharedDecals, find_touched};
@@ -86,28 +86,27 @@ impl Renderer {
         let ViewRequest { request, size, output_size, .. } = asked;
         let aspect = output_size.0 as f32 / output_size.1 as f32;
         let seen = SampleView::of(request, aspect, &world.draws.bounds_world);
-        let (shift_ndc, beyond) = asked.part.shear();
+        let (shift_ndc, beyond) = asked.kind.shear;
         let seen = seen.sheared(shift_ndc, beyond);
         let (lists, made) = self.lists_of(asked, (&seen, range), world, state.lists.take(), stats);
         let chooser = Chooser::new(&request.camera, *output_size, &request.settings.lod, &world.draws.groups);
         let jitter_px = asked.temporal_jitter_px();
         let uniform = self.view_uniform(asked, (&seen, range), (*size, jitter_px), self.filtering(asked));
-        let draws = match asked.part {
-            ViewPart::Fisheye(_) => Arc::default(),
-            _ => {
-                let uniform = match asked.outline(&uniform) {
-                    Some((_, rectangle)) => uniform.cropped(rectangle),
-                    None => uniform,
-                };
-                let mut list = DrawList::new(&mut world.draws, &uniform, request.layers, &chooser);
-                if let ViewPart::Probe(_) = asked.part {
-                    list.show_backs();
-                }
-                if !world.decals.0.boxes.is_empty() {
-                    find_touched(&mut list, &world.draws, &world.decals.0.boxes);
-                }
-                Arc::new(list)
+        let draws = if asked.kind.draws_surfaces {
+            let uniform = match asked.outline(&uniform) {
+                Some((_, rectangle)) => uniform.cropped(rectangle),
+                None => uniform,
+            };
+            let mut list = DrawList::new(&mut world.draws, &uniform, request.layers, &chooser);
+            if asked.kind.shows_backs {
+                list.show_backs();
             }
+            if !world.decals.0.boxes.is_empty() {
+                find_touched(&mut list, &world.draws, &world.decals.0.boxes);
+            }
+            Arc::new(list)
+        } else {
+            Arc::default()
         };
         // What is settled is no picture to look through.
         let looks_through = world.draws.has_transmissive || !world.scene.water.is_empty();
@@ -133,7 +132,7 @@ impl Renderer {
         let has_objects = matches!(settings.render.path, Path::ForwardBatched | Path::Gouraud);
         let has_blended = world.draws.opaque_count < world.draws.items.len();
         let has_water = !world.scene.water.is_empty();
-        let is_drawn = !asked.part.is_fisheye();
+        let is_drawn = asked.kind.draws_surfaces;
         let reads_lists = has_water
             || match settings.render.path {
                 Path::Deferred => !has_volumes || has_blended || world.draws.is_shaded_where_drawn,
