@@ -4,6 +4,7 @@ mod ask;
 mod captures;
 mod constants;
 mod counts;
+mod drawing;
 mod effects;
 
 mod fisheye;
@@ -15,6 +16,7 @@ mod loading;
 mod measuring;
 mod metering;
 mod mirrors;
+mod monitors;
 mod next;
 mod output;
 mod portals;
@@ -25,6 +27,7 @@ mod purpose;
 mod read;
 mod reading;
 mod record;
+mod record_view;
 mod resolve;
 mod run;
 mod shadows;
@@ -51,12 +54,10 @@ use crate::environment::ComputedEnvironments;
 use crate::gpu::Gpu;
 use crate::lights;
 use crate::passes::present::Target;
-use crate::record::{
-    BindGroups, Bundles, DecalMarks, FrameTables, InstanceTable, SurfacePipelines, UniformArena, Volumes,
-};
+use crate::record::InstanceTable;
 use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
-use crate::shader::Shaders;
+use drawing::DrawResources;
 use ground::GroundState;
 use manypass_graph::Executor;
 use manypass_scene::Cache;
@@ -65,7 +66,6 @@ use manypass_scene::{NodeId, Scene};
 use output::ViewState;
 use purpose::Purpose;
 use shadows::ShadowState;
-use shared::Shared;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -75,19 +75,12 @@ pub const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Draws scenes. It may be moved to another thread.
 pub struct Renderer {
     gpu: Gpu,
-    shaders: Shared<Shaders>,
-    surface_pipelines: Shared<SurfacePipelines>,
+    drawing: DrawResources,
     executor: Executor,
-    tables: FrameTables,
-    uniforms: UniformArena,
-    bind_groups: BindGroups,
     /// Lights of visible nodes, be they drawn or too many.
     light_count: usize,
     /// What is wrong with mirrors, water, portals and simulations.
     flat_faults: Vec<String>,
-    bundles: Bundles,
-    volumes: Volumes,
-    decal_marks: DecalMarks,
     resources: SceneResources,
     computed: ComputedEnvironments,
     world_draws: WorldDraws,
@@ -115,17 +108,10 @@ impl Renderer {
     /// None today; a renderer may refuse a device.
     pub fn new(gpu: Gpu) -> Result<Self, RenderError> {
         Ok(Self {
-            shaders: Shaders::new(&gpu.device).into(),
-            surface_pipelines: SurfacePipelines::default().into(),
+            drawing: DrawResources::new(&gpu),
             executor: Executor::new(&gpu.device, &gpu.queue),
-            tables: FrameTables::new(&gpu),
-            uniforms: UniformArena::new(&gpu.device),
-            bind_groups: BindGroups::default(),
             light_count: 0,
             flat_faults: Vec::new(),
-            bundles: Bundles::default(),
-            volumes: Volumes::new(&gpu.device),
-            decal_marks: DecalMarks::default(),
             resources: SceneResources::new(&gpu),
             computed: ComputedEnvironments::default(),
             world_draws: WorldDraws::default(),
@@ -180,9 +166,7 @@ impl Renderer {
     fn follow(&mut self, scene: &Scene) -> u64 {
         let followed = self.resources.follow(&self.gpu, scene, self.computed.maps(), self.cache.as_deref());
         if followed.has_moved {
-            // They hold buffers, textures and tables whose place others took.
-            self.bind_groups.clear();
-            self.bundles.clear();
+            self.drawing.clear();
         }
         self.shadows.scene_version +=
             u64::from(followed.has_moved || followed.has_changed || followed.written_bytes > 0);
@@ -201,8 +185,7 @@ impl Renderer {
         self.surroundings.clear();
         self.simulations.clear();
         self.world_draws = WorldDraws::default();
-        self.bind_groups.clear();
-        self.bundles.clear();
+        self.drawing.clear();
         // The memory is free only once the device has noticed.
         self.gpu.wait();
     }
@@ -216,7 +199,7 @@ impl Renderer {
         let of_views = self.views.iter_mut().filter(|(name, _)| is_wanted(name));
         let forgotten: Vec<_> = of_views.filter_map(|(_, view)| view.aovs.take()).collect();
         if !forgotten.is_empty() {
-            self.bind_groups.clear();
+            self.drawing.bind_groups.clear();
             self.executor.destroy_released(forgotten.iter().flat_map(AovTextures::all));
             self.gpu.wait();
         }
@@ -268,7 +251,7 @@ impl Renderer {
 
     /// Milliseconds spent on shaders and pipelines so far. A driver may do more of it when it first draws.
     pub fn compile_ms(&self) -> f64 {
-        self.shaders.compile_ms()
+        self.drawing.shaders.compile_ms()
     }
 
     /// Numbers of the last frame.

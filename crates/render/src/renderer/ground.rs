@@ -64,7 +64,12 @@ impl Renderer {
         let height_m = asked.request.ground_height_m;
         let map = map_under(&world.draws.bounds_world, height_m, light, side_texels(longest_px))?;
         if !next.is_run {
-            return Some(FrameGround { map, broad_source, texture: self.tables.no_environment.clone(), tiles: None });
+            return Some(FrameGround {
+                map,
+                broad_source,
+                texture: self.drawing.tables.no_environment.clone(),
+                tiles: None,
+            });
         }
         let mut instances = Vec::new();
         let (tiles, signature) = map.tiles(&world.draws, version, &mut instances);

@@ -6,6 +6,7 @@ use super::captures::{Captures, Part};
 use super::next::NextState;
 use super::probes::{DueProbe, place_of};
 use super::purpose::Purpose;
+use super::record::{EarlierResults, SceneFeatures};
 use super::resolve::ResolvedFrame;
 use super::surroundings::{FrameSurroundings, side_request};
 use super::view_kind::{CapturedLight, Drawing, ViewKind};
@@ -13,10 +14,12 @@ use crate::constants::PROBE_FACE_SIDE;
 use crate::environment::lobe::FACES;
 use crate::environment::{Environment, EnvironmentSettings};
 use crate::fog::FogSettings;
+use crate::frame;
 use crate::gpu::readback;
 use crate::ground::Ground;
 use crate::passes::probe_capture::CapturedProbe;
 use crate::probes::{DISTANCE_MAX_M, known, read_probe};
+use crate::record::{Frame, Recorder};
 use crate::request::{FrameRequest, RenderError};
 use crate::setting::Switch;
 use crate::settings::Settings;
@@ -24,6 +27,7 @@ use crate::shading_settings::ShadingSettings;
 use crate::shadows::ShadowSettings;
 use glam::Vec4;
 use half::f16;
+use manypass_graph::Graph;
 use manypass_scene::decal::Decal;
 use manypass_scene::probes::{Probe, ProbeGrid};
 use manypass_scene::{Light, NodeId, Projection, Scene};
@@ -91,6 +95,25 @@ fn parts_of(grids: &[&ProbeGrid], due: &[DueProbe], is_apart: bool, request: &Fr
         Some(Part::new(format!("probes/{slot}.{face}"), asked, kind_of(side)))
     };
     views.filter_map(part).collect()
+}
+
+/// Finds the light of a probe of what its sides show.
+pub(super) fn record_probe<'f>(
+    graph: &mut Graph<'f>,
+    frame: &'f Frame<'f>,
+    features: &SceneFeatures<'f>,
+    before: &mut EarlierResults<'_>,
+) -> Result<(), RenderError> {
+    let (sides, at) = (std::mem::take(&mut before.around), before.probes);
+    before.probes += 1;
+    let (Some((_, surroundings)), Some((view, probes))) = (features.surroundings, features.probes) else {
+        return Ok(());
+    };
+    let Some(Some(probe)) = probes.get(at) else { return Ok(()) };
+    let mut r = Recorder::new(graph, frame, view);
+    let target = surroundings.import(&mut r, format!("probes.{at}"));
+    frame::probe_light_passes(&mut r, probe, &sides, target)?;
+    Ok(())
 }
 
 /// What probes have as their environment: the studio that lets one see what lamps light is no light.

@@ -1,11 +1,19 @@
 //! Flat mirrors: which a view shows, and what is asked of the views behind them.
 
+use super::ask::ViewRequest;
 use super::captures::{Part, settings_of, widest_range};
+use super::prepare_view::ViewSetup;
+use super::record::EarlierResults;
 use super::view_kind::{Drawing, ViewKind};
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::environment::Background;
-use crate::outline::is_seen;
+use crate::frame;
+use crate::gbuffer::ViewOutputs;
+use crate::mirror_picture::MirrorPicture;
+use crate::outline::{is_seen, rectangle_of};
+use crate::passes::mirrors::ShownMirror;
 use crate::passes::resolve::PixelSamples;
+use crate::record::Recorder;
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, RenderError};
 use crate::resources::layers::ShadedIn;
@@ -15,7 +23,7 @@ use manypass_scene::capture::{MIRRORS_MAX, Mirror, Panel};
 use manypass_scene::portal::{PORTALS_MAX, Portal, through};
 use manypass_scene::water::WATER_MAX;
 use manypass_scene::{Material, NodeId, Projection, Scene, ShadingModel};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The most views behind mirrors that a frame draws, those of mirrors within mirrors too.
 pub(super) const VIEWS_MAX: usize = 64;
@@ -291,6 +299,42 @@ impl<'s> Mirrors<'s> {
         }
         Ok(parts)
     }
+}
+
+/// The mirrors that a view shows; `behind` has what views behind them left, by the views' names.
+pub(super) fn shown(
+    (asked, setup): (&ViewRequest, &ViewSetup),
+    behind: &mut BTreeMap<String, MirrorPicture>,
+) -> Vec<ShownMirror> {
+    let shown = |link: &MirrorLink| {
+        let Reflector::Node(node) = link.of else { return None };
+        Some(ShownMirror {
+            object: node.0 + 1,
+            normal_world: link.normal_world,
+            is_smooth: link.is_smooth,
+            rectangle: rectangle_of(&setup.view.uniform, link.corners_world, setup.view.size),
+            picture: behind.remove(&link.view)?,
+        })
+    };
+    asked.mirrors.iter().filter_map(shown).collect()
+}
+
+/// Keeps what is seen behind a mirror or water, or through a portal, for the view that shows it.
+pub(super) fn record_behind(
+    r: &mut Recorder<'_, '_>,
+    view: &MirrorView,
+    asked: &ViewRequest,
+    outputs: ViewOutputs,
+    before: &mut EarlierResults<'_>,
+) -> Result<(), RenderError> {
+    let ViewOutputs { radiance, gbuffer, .. } = outputs;
+    if let Reflector::Portal(..) = view.of {
+        before.through.insert(asked.name.clone(), radiance);
+    } else if let Some(gbuffer) = gbuffer {
+        let picture = frame::mirror_picture_passes(r, view.is_smooth, radiance, gbuffer.linear_depth)?;
+        before.behind.insert(asked.name.clone(), picture);
+    }
+    Ok(())
 }
 
 /// What is wrong with mirrors of a scene, which are drawn as other surfaces then.

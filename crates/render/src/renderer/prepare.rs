@@ -80,11 +80,9 @@ impl Renderer {
         // They hold the textures whose place others take. An atlas that grows clears them itself; other textures are
         // destroyed, and bind groups of theirs are no longer found and go after a few frames.
         if picture_bytes > 0 {
-            self.bind_groups.clear();
+            self.drawing.bind_groups.clear();
         }
-        self.uniforms.begin();
-        self.bind_groups.begin();
-        self.bundles.begin();
+        self.drawing.begin_frame();
         Ok(FrameStart { output_bytes, made: self.made() })
     }
 
@@ -188,7 +186,7 @@ impl Renderer {
 
     /// How many pipelines and textures were made so far.
     pub(super) fn made(&self) -> MadeCounts {
-        MadeCounts { pipelines: self.shaders.made(), textures: self.executor.textures_made() }
+        MadeCounts { pipelines: self.drawing.shaders.made(), textures: self.executor.textures_made() }
     }
 
     /// Brings the device up to date with the scene, once for all views.

@@ -3,6 +3,7 @@
 use super::Renderer;
 use super::ask::ViewRequest;
 use super::constants::constants_of;
+use super::drawing::DrawResources;
 use super::ground::{FrameGround, light_in_environment};
 use super::output::{Output, Unsettled, ViewState};
 use super::purpose::Purpose;
@@ -150,8 +151,7 @@ impl ViewInputs<'_> {
             decals: renderer.resources.decals.view(),
             decal_draws: DecalDraws::new(&lists.decals.boxes, &uniform.clip_from_world),
         };
-        let Renderer { gpu, shaders, tables: of_frame, uniforms, bind_groups, .. } = renderer;
-        viewed.prepare(gpu, shaders, (of_frame, uniforms, bind_groups), tables)
+        renderer.bind(viewed, tables)
     }
 }
 
@@ -281,7 +281,7 @@ impl Renderer {
     /// The tiles of a view's environment, if that is a picture or the studio.
     pub(super) fn tiles_of(&self, asked: &ViewRequest) -> Option<&EnvironmentTiles> {
         if matches!(asked.request.settings.environment.source, Environment::Studio | Environment::Fill) {
-            return Some(self.tables.studio(&self.gpu));
+            return Some(self.drawing.tables.studio(&self.gpu));
         }
         let map = asked.environment.as_ref()?;
         self.resources.environment(map)
@@ -297,7 +297,7 @@ impl Renderer {
         instances: &InstanceTable,
     ) -> PreparedView {
         let lists = state.lists.as_ref();
-        Viewed {
+        let viewed = Viewed {
             name: "".into(),
             size: asked.size,
             goes_on: false,
@@ -330,8 +330,14 @@ impl Renderer {
             environment_tiles: None,
             decals: None,
             decal_draws: DecalDraws::default(),
-        }
-        .prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), &state.tables)
+        };
+        self.bind(viewed, &state.tables)
+    }
+
+    /// Gives a view its uniforms and its bind group.
+    fn bind(&self, viewed: Viewed<'_>, tables: &ViewTables) -> PreparedView {
+        let DrawResources { shaders, tables: of_frame, uniforms, bind_groups, .. } = &self.drawing;
+        viewed.prepare(&self.gpu, shaders, (of_frame, uniforms, bind_groups), tables)
     }
 }
 

@@ -138,9 +138,7 @@ impl Renderer {
             destroy(&former.view);
         }
         self.shadows.tiles = Shadows::default();
-        // They hold the former one.
-        self.bind_groups.clear();
-        self.bundles.clear();
+        self.drawing.clear();
         self.shadows.atlas.insert(Atlas::new(&self.gpu, side)).clone()
     }
 
@@ -193,7 +191,7 @@ impl Renderer {
         let side = tiles.atlas_side();
         let atlas = match self.shadows.atlas.clone().filter(|atlas| atlas.side == side) {
             Some(atlas) => atlas,
-            None if !next.is_run => Atlas { side, view: self.tables.no_shadows.clone() },
+            None if !next.is_run => Atlas { side, view: self.drawing.tables.no_shadows.clone() },
             None => self.create_atlas(side),
         };
         let stats = &mut next.stats;

@@ -2,6 +2,7 @@
 
 use super::Renderer;
 use super::ask::{FrameViews, ViewRequest};
+use super::drawing::FrameNotes;
 use super::ground::FrameGround;
 use super::next::NextState;
 use super::output::ViewState;
@@ -57,27 +58,13 @@ impl Renderer {
         self.copy_surroundings(&prepared, &mut next, &mut encoder);
         let particles = self.simulations.particles(prepared.scene.scene);
         let features = SceneFeatures::new(&prepared, particles, &next.surroundings);
-        let (legends, scrubbed) = (Legends::default(), Scrubbed::new(purpose.counts_scrubbed));
-        let frame = Frame {
-            gpu: &self.gpu,
-            shaders: &self.shaders,
-            surface_pipelines: &self.surface_pipelines,
-            resources: &self.resources,
-            world: &prepared.scene.draws,
-            tables: &self.tables,
-            uniforms: &self.uniforms,
-            bind_groups: &self.bind_groups,
-            bundles: &self.bundles,
-            volumes: &self.volumes,
-            decal_marks: &self.decal_marks,
-            legends: &legends,
-            scrubbed: &scrubbed,
-        };
+        let notes = FrameNotes { scrubbed: Scrubbed::new(purpose.counts_scrubbed), ..FrameNotes::default() };
+        let frame = self.drawing.frame(&self.gpu, &self.resources, &prepared.scene.draws, &notes);
         let limits = limits_of(&self.gpu);
         let RecordedFrame { graph, plan, views: exported, exports, light_draws } =
             record_frame(self.executor.graph(limits), &frame, &features, &prepared, views, purpose)?;
         if !purpose.is_run {
-            return Ok(SubmittedFrame::planned(plan, exports, legends.take(), &next));
+            return Ok(SubmittedFrame::planned(plan, exports, notes.legends.take(), &next));
         }
         count_plan(&mut next.stats, &plan);
         next.stats.light_draws = light_draws;
@@ -96,12 +83,12 @@ impl Renderer {
         {
             draw_ground(&mut self.executor, limits, (&frame, &view), (ground, tiles), &mut first)?;
         }
-        next.stats.uploaded_bytes += self.uniforms.upload(&self.gpu.queue);
+        next.stats.uploaded_bytes += self.drawing.uniforms.upload(&self.gpu.queue);
         self.gpu.queue.submit([first.finish(), encoder.finish()]);
         let light_rounds = next.stats.light_rounds;
         let of_frame = FrameRun { run, views: exported, missing_bytes };
         let run = self.commit(of_frame, prepared, views, next, purpose)?;
-        Ok(SubmittedFrame { plan, run: Some(run), exports, legends: legends.take(), light_rounds })
+        Ok(SubmittedFrame { plan, run: Some(run), exports, legends: notes.legends.take(), light_rounds })
     }
 
     /// Copies what surroundings show that are not captured, where the frame is run.
@@ -172,12 +159,10 @@ impl Renderer {
         let MadeCounts { pipelines, textures } = self.made();
         stats.pipelines_made = pipelines - before.pipelines;
         stats.textures_made = textures - before.textures;
-        stats.bind_groups_made = self.bind_groups.made();
-        stats.bundles_executed = self.bundles.executed();
-        stats.binding_changes = self.bundles.changes();
+        self.drawing.count(stats);
         if missing_bytes > 0 {
             // The executor gave textures of other shapes back, and nobody else shall keep them.
-            self.bind_groups.forget_unused();
+            self.drawing.bind_groups.forget_unused();
         }
     }
 }

@@ -355,7 +355,7 @@ impl Renderer {
         // Nobody looks at that of a plan.
         let view = match &state.texture {
             Some(tiles) if is_known || is_run => tiles.view.clone(),
-            _ => self.tables.no_environment.clone(),
+            _ => self.drawing.tables.no_environment.clone(),
         };
         Some(FrameSurroundings {
             view,

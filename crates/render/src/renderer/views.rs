@@ -57,7 +57,7 @@ impl Renderer {
         };
         self.executor.forget_histories(|history| view_of(history).is_some_and(|name| gone.contains_key(name)));
         // They hold textures of those views.
-        self.bind_groups.forget_unused();
+        self.drawing.bind_groups.forget_unused();
         let variables = gone.values().filter_map(|view| view.aovs.as_ref());
         self.executor.destroy_released(variables.flat_map(AovTextures::all));
         gone.into_values().filter_map(|view| view.output).for_each(Output::destroy);
