@@ -6,6 +6,7 @@ mod constants;
 mod counts;
 mod drawing;
 mod effects;
+mod faults;
 
 mod fisheye;
 mod ground;
@@ -47,21 +48,19 @@ pub use reading::RenderedView;
 pub use shared::Pipelines;
 
 use crate::aov::AovTextures;
-use crate::decals;
 use crate::draws::WorldDraws;
 use crate::effect::WgslEffect;
 use crate::environment::ComputedEnvironments;
 use crate::gpu::Gpu;
-use crate::lights;
 use crate::passes::present::Target;
 use crate::record::InstanceTable;
 use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
 use drawing::DrawResources;
+use faults::SceneFaults;
 use ground::GroundState;
 use manypass_graph::Executor;
 use manypass_scene::Cache;
-use manypass_scene::capture::MONITORS_MAX;
 use manypass_scene::{NodeId, Scene};
 use output::ViewState;
 use purpose::Purpose;
@@ -77,10 +76,7 @@ pub struct Renderer {
     gpu: Gpu,
     drawing: DrawResources,
     executor: Executor,
-    /// Lights of visible nodes, be they drawn or too many.
-    light_count: usize,
-    /// What is wrong with mirrors, water, portals and simulations.
-    flat_faults: Vec<String>,
+    faults: SceneFaults,
     resources: SceneResources,
     computed: ComputedEnvironments,
     world_draws: WorldDraws,
@@ -110,8 +106,7 @@ impl Renderer {
         Ok(Self {
             drawing: DrawResources::new(&gpu),
             executor: Executor::new(&gpu.device, &gpu.queue),
-            light_count: 0,
-            flat_faults: Vec::new(),
+            faults: SceneFaults::default(),
             resources: SceneResources::new(&gpu),
             computed: ComputedEnvironments::default(),
             world_draws: WorldDraws::default(),
@@ -144,15 +139,7 @@ impl Renderer {
     pub fn load(&mut self, scene: &Scene) -> Result<(), RenderError> {
         self.follow_simulations(scene)?;
         self.follow(scene);
-        let is_lit = |id: &NodeId| scene.node(*id).light.is_some();
-        self.light_count = scene.visible_nodes().into_iter().filter(is_lit).count();
-        self.flat_faults = mirrors::faults(scene);
-        self.flat_faults.extend(water::faults(scene));
-        self.flat_faults.extend(portals::faults(scene));
-        self.flat_faults.extend(surroundings::faults(scene));
-        self.flat_faults.extend(crate::probes::faults(scene));
-        self.flat_faults.extend(decals::faults(scene));
-        self.flat_faults.extend(simulations::faults(scene, &self.simulations));
+        self.faults = SceneFaults::of(scene, &self.simulations);
         Ok(self.gpu.check()?)
     }
 
@@ -208,28 +195,6 @@ impl Renderer {
     /// Bytes of the scene's meshes, textures and simulations on the device.
     pub fn scene_bytes(&self) -> u64 {
         self.resources.bytes() + self.simulations.bytes()
-    }
-
-    /// What of the scene was left out, or replaced, on the device.
-    pub fn warnings(&self) -> Vec<String> {
-        let mut warnings = self.resources.warnings();
-        warnings.extend(self.flat_faults.iter().cloned());
-        if self.surroundings.lacks_probes {
-            let side = self.gpu.capabilities.max_texture_size;
-            warnings.push(format!(
-                "probes are left out: textures of the adapter, {side} texels a side, have no room for them"
-            ));
-        }
-        let monitors = self.resources.textures.monitor_count();
-        if monitors > MONITORS_MAX {
-            warnings
-                .push(format!("only the first {MONITORS_MAX} of {monitors} monitors are drawn; the others are dark"));
-        }
-        if self.light_count > lights::LIGHTS_MAX as usize {
-            let (drawn, count) = (lights::LIGHTS_MAX, self.light_count);
-            warnings.push(format!("only the first {drawn} of {count} lights are drawn"));
-        }
-        warnings
     }
 
     /// Of the last frame the nodes of the lights for whose shadow maps there was no room, so that they shone through

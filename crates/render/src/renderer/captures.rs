@@ -49,6 +49,19 @@ pub(super) struct MonitorView {
     pub exposure_stops: f32,
 }
 
+impl MonitorView {
+    /// It is a picture of its own within others.
+    fn kind(self, request: &FrameRequest) -> ViewKind {
+        ViewKind {
+            is_capture: true,
+            // Those of a live view are not drawn in all of its frames.
+            has_means: !request.goes_on && request.sample_count > 1,
+            keeps_border: true,
+            ..ViewKind::within(Drawing::Monitor(self))
+        }
+    }
+}
+
 /// When monitors were last drawn.
 #[derive(Clone, Debug, Default)]
 pub(super) struct CaptureState {
@@ -285,14 +298,7 @@ impl Renderer {
             let twin = requests.range(..image).filter(|(_, (other, ..))| other == name).count();
             let name = if twin > 0 { format!("{name}.{}", twin + 1) } else { (*name).to_owned() };
             let inner = if level > 0 { format!("/{}", level + 1) } else { String::new() };
-            let kind = ViewKind {
-                is_capture: true,
-                // Those of a live view are not drawn in all of its frames.
-                has_means: !request.goes_on && request.sample_count > 1,
-                keeps_border: true,
-                ..ViewKind::within(Drawing::Monitor(view))
-            };
-            let part = Part::new(format!("monitor/{name}{inner}"), request.clone(), kind);
+            let part = Part::new(format!("monitor/{name}{inner}"), request.clone(), view.kind(request));
             Some(Part { level: Some(level), ..part })
         };
         let is_known = |(image, width, height): &(usize, u32, u32)| {

@@ -33,6 +33,7 @@ pub(super) fn light_draws(view: &PreparedView, asked: &ViewRequest, world: &Worl
 }
 
 /// Sums of the four channels of a texture of `format`, 32-bit or half floats.
+#[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser counts no pairs"))]
 pub(super) fn sum_pairs(bytes: &[u8], format: wgpu::TextureFormat) -> PairCounts {
     let mut counts = [0f64; 4];
     if format == wgpu::TextureFormat::Rgba32Float {

@@ -199,7 +199,7 @@ impl Renderer {
             stats.uploaded_bytes += self.resources.reduce_materials(&self.gpu, scene);
         }
         let mut world = FrameScene::new(scene, &self.resources, std::mem::take(&mut self.world_draws));
-        self.light_count = world.draws.lit.len();
+        self.faults.light_count = world.draws.lit.len();
         let wanting = asked.iter().filter(|asked| asked.request.needs_motion());
         let previous = wanting.filter_map(|asked| asked.request.previous.as_deref()).next();
         world.has_previous = previous.is_some_and(|previous| {

@@ -153,6 +153,48 @@ impl ViewInputs<'_> {
         };
         renderer.bind(viewed, tables)
     }
+
+    /// The views of a camera whose own one has this uniform, and whose textures are filtered so for the picture and for
+    /// variables.
+    fn setup(
+        &self,
+        renderer: &Renderer,
+        scene: &FrameScene<'_>,
+        seen: (&SampleView, DepthRange),
+        uniform: ViewUniform,
+        [filtering, filtering_of_variables]: [TextureFiltering; 2],
+    ) -> ViewSetup {
+        let Self { asked, is_adaptive, .. } = *self;
+        let ViewRequest { request, size, output_size, .. } = asked;
+        let passes = if asked.wants_variables { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };
+        let has_own_view = asked.wants_variables
+            && (size != output_size
+                || request.settings.aov.first_surface
+                || filtering != filtering_of_variables
+                || asked.temporal.is_some())
+            && request.settings.render.path == Path::Deferred;
+        let camera_step = if scene.has_previous { camera_step_of(asked, seen.1) } else { None };
+        let of_effects = read_by_effects(asked, camera_step);
+        let in_middle = (*output_size, Vec2::ZERO);
+        let shown = (scene.scene, renderer.shadows.scene_version);
+        let variables_uniform = renderer.view_uniform(asked, seen, in_middle, filtering_of_variables);
+        let enlarged = asked.upscaled_to().map(|_| renderer.view_uniform(asked, seen, in_middle, filtering));
+        let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
+        let temporal = asked.temporal.as_ref();
+        let prepare = |name: String, size: (u32, u32), uniform: ViewUniform, is_of_variables: bool| {
+            self.view(renderer, name, (size, uniform), is_of_variables)
+        };
+        ViewSetup {
+            view: prepare(asked.name.clone(), *size, uniform, false),
+            variables_view: has_own_view.then(|| prepare(of_variables, *output_size, variables_uniform, true)),
+            enlarged_view: enlarged.map(|uniform| prepare(asked.name.clone(), *output_size, uniform, false)),
+            variables: Variables { passes, ..of_effects },
+            of_effects,
+            temporal: temporal.map(|temporal| temporal.frame(request, shown, camera_step, asked.upscaled_to())),
+            is_adaptive,
+            variables_uniform,
+        }
+    }
 }
 
 impl Renderer {
@@ -199,7 +241,7 @@ impl Renderer {
         shared: &SharedInputs<'_>,
         stats: &mut FrameStats,
     ) -> ViewSetup {
-        let ViewRequest { request, size, output_size, .. } = asked;
+        let ViewRequest { request, size, .. } = asked;
         let settings = &request.settings;
         let VisibleSet { range, seen, lists, made, draws, is_adaptive, .. } = visible;
         let shadows = shared.shadows.filter(|_| settings.shadows.enabled);
@@ -246,36 +288,9 @@ impl Renderer {
             unsettled: unsettled.clone(),
             outline: asked.outline(&uniform),
         };
-        let prepare = |name: String, size: (u32, u32), uniform: ViewUniform, is_of_variables: bool| {
-            inputs.view(self, name, (size, uniform), is_of_variables)
-        };
-        let passes = if asked.wants_variables { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };
-        let has_own_view = asked.wants_variables
-            && (size != output_size
-                || settings.aov.first_surface
-                || filtering != filtering_of_variables
-                || asked.temporal.is_some())
-            && settings.render.path == Path::Deferred;
-        let camera_step = if scene.has_previous { camera_step_of(asked, range) } else { None };
-        let of_effects = read_by_effects(asked, camera_step);
-        let in_middle = (*output_size, Vec2::ZERO);
-        let shown = (scene.scene, self.shadows.scene_version);
-        let variables_uniform = self.view_uniform(asked, (&seen, range), in_middle, filtering_of_variables);
-        let enlarged = asked.upscaled_to().map(|_| self.view_uniform(asked, (&seen, range), in_middle, filtering));
-        let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
-        let temporal = asked.temporal.as_ref();
-        let view = prepare(asked.name.clone(), *size, uniform, false);
-        stats.points += view.point_count();
-        ViewSetup {
-            view,
-            variables_view: has_own_view.then(|| prepare(of_variables, *output_size, variables_uniform, true)),
-            enlarged_view: enlarged.map(|uniform| prepare(asked.name.clone(), *output_size, uniform, false)),
-            variables: Variables { passes, ..of_effects },
-            of_effects,
-            temporal: temporal.map(|temporal| temporal.frame(request, shown, camera_step, asked.upscaled_to())),
-            is_adaptive,
-            variables_uniform,
-        }
+        let setup = inputs.setup(self, scene, (&seen, range), uniform, [filtering, filtering_of_variables]);
+        stats.points += setup.view.point_count();
+        setup
     }
 
     /// The tiles of a view's environment, if that is a picture or the studio.

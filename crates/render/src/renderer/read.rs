@@ -29,6 +29,7 @@ pub(super) struct FrameReadings {
 
 /// The texels of a texture.
 pub(super) struct TextureBytes {
+    #[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser reads 32-bit floats alone"))]
     pub format: wgpu::TextureFormat,
     pub bytes: Vec<u8>,
 }
