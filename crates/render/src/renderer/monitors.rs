@@ -2,9 +2,9 @@
 
 use super::ask::ViewRequest;
 use super::captures::MonitorView;
-use super::output::ViewState;
 use super::prepare_view::{ViewSetup, output_of};
 use super::purpose::Purpose;
+use super::record::RecordInputs;
 use super::record_view::adaptive_step;
 use crate::frame::{self, Means, Monitored};
 use crate::gbuffer::ViewOutputs;
@@ -74,10 +74,11 @@ pub(super) fn darken_monitors(r: &mut Recorder<'_, '_>, scene: &Scene, view: &Mo
 pub(super) fn record_monitor<'f>(
     r: &mut Recorder<'_, 'f>,
     view: &'f MonitorView,
-    (asked, state, setup): (&'f ViewRequest, &mut ViewState, &'f ViewSetup),
+    inputs: &mut RecordInputs<'_, 'f>,
     outputs: ViewOutputs,
     purpose: &Purpose<'_>,
 ) -> Result<MonitorPicture<'f>, RenderError> {
+    let (asked, setup, state) = (inputs.asked, inputs.setup, &mut *inputs.state);
     let request = &asked.request;
     let outputs = frame::temporal_passes(r, &request.settings, setup.temporal.as_ref(), outputs)?;
     let ViewOutputs { radiance, depth, .. } = outputs;

@@ -5,7 +5,6 @@ use super::fisheye::uv_from_place;
 use super::live_probes::record_probe;
 use super::mirrors;
 use super::monitors::{darken_monitors, record_monitor};
-use super::output::ViewState;
 use super::prepare_view::{ViewSetup, output_of};
 use super::purpose::Purpose;
 use super::record::{EarlierResults, RecordInputs, SceneFeatures, ViewExports};
@@ -14,7 +13,6 @@ use crate::aov::AovExports;
 use crate::environment::lobe::FACES;
 use crate::frame::{self, Flat, Picture, Tint, Variables};
 use crate::gbuffer::{Gbuffer, ViewOutputs};
-use crate::overlay::draw::OverlayDraw;
 use crate::passes::fisheye::FaceRadiance;
 use crate::passes::probe_capture::SeenSide;
 use crate::passes::{adaptive, meter};
@@ -31,7 +29,7 @@ pub(super) fn record_view<'f>(
     before: &mut EarlierResults<'f>,
     purpose: &Purpose<'_>,
 ) -> Result<ViewExports, RenderError> {
-    let RecordInputs { asked, setup, overlay, .. } = view;
+    let RecordInputs { asked, setup, .. } = view;
     let request = &asked.request;
     if purpose.draws_variables_alone {
         let mut r = Recorder::new(graph, frame, &setup.view);
@@ -61,7 +59,7 @@ pub(super) fn record_view<'f>(
         None => (r, outputs),
     };
     let mut outputs = frame::effect_passes(&mut r, &request.effects, outputs)?;
-    let recorded = record_picture(&mut r, (asked, view.state, setup), overlay.as_ref(), &mut outputs, purpose)?;
+    let recorded = record_picture(&mut r, view, &mut outputs, purpose)?;
     let variables = if asked.wants_variables {
         AovExports::new(r.graph, variables.unwrap_or(outputs))
     } else {
@@ -116,8 +114,7 @@ fn record_surfaces<'f>(
             before.faces.push(FaceRadiance { side: face.side, radiance: outputs.radiance, uv_from_place });
         }
         Drawing::Monitor(monitor) => {
-            let of_view = (asked, &mut *view.state, setup);
-            before.seen.push(record_monitor(&mut r, monitor, of_view, outputs, purpose)?);
+            before.seen.push(record_monitor(&mut r, monitor, view, outputs, purpose)?);
         }
     }
     Ok(None)
@@ -135,11 +132,11 @@ fn record_pairs(r: &mut Recorder<'_, '_>, asked: &ViewRequest) -> Result<ViewExp
 /// What becomes of the radiance of a view whose picture is shown, or metered alone.
 fn record_picture<'f>(
     r: &mut Recorder<'_, 'f>,
-    (asked, state, setup): (&'f ViewRequest, &mut ViewState, &'f ViewSetup),
-    overlay: Option<&OverlayDraw>,
+    view: RecordInputs<'_, 'f>,
     outputs: &mut ViewOutputs,
     purpose: &Purpose<'_>,
 ) -> Result<ViewExports, RenderError> {
+    let RecordInputs { asked, state, setup, overlay } = view;
     let request = &asked.request;
     let has_tint = outputs.tint.is_some();
     let (mut export, mut adapted) = (None, None);
@@ -170,7 +167,7 @@ fn record_picture<'f>(
                 adapted: stops.as_ref(),
                 depth: &outputs.depth,
                 adaptive_step: step,
-                overlay,
+                overlay: overlay.as_ref(),
                 settling: if step == adaptive::Step::None { None } else { output.settling(r.graph) },
             };
             let radiance = enlarged.as_ref().unwrap_or(shaded);
