@@ -112,3 +112,27 @@ fn nothing_outside_the_folder_of_a_pass_names_its_uniforms() {
         .collect();
     assert!(wrong.is_empty(), "{wrong:#?}");
 }
+
+/// What depends on the kind of a view is asked of `ViewKind`. Kinds themselves are known to the files that make views of
+/// one, and to the file that records views.
+#[test]
+fn kinds_of_views_are_known_where_they_are_made_and_recorded() {
+    const KNOW_KINDS: [&str; 7] = [
+        "renderer/captures.rs",
+        "renderer/fisheye.rs",
+        "renderer/live_probes.rs",
+        "renderer/mirrors.rs",
+        "renderer/record_view.rs",
+        "renderer/surroundings.rs",
+        "renderer/view_kind.rs",
+    ];
+    let by: Vec<&str> = renderer()
+        .named()
+        .iter()
+        .filter(|named| named.of == "renderer/view_kind.rs" && named.item == "Drawing")
+        .map(|named| named.by.as_str())
+        .collect();
+    assert!(by.contains(&"renderer/record_view.rs"), "nothing records views: {by:?}");
+    let wrong: Vec<_> = by.into_iter().filter(|file| !KNOW_KINDS.contains(file)).collect();
+    assert!(wrong.is_empty(), "{wrong:?} ask what kind a view is; `ViewKind` is to answer what they need");
+}

@@ -1,35 +1,46 @@
 //! The renderer: keeps what lasts from frame to frame, and runs the frame.
 
-mod asked;
+mod ask;
 mod captures;
 mod constants;
 mod counts;
+mod drawing;
 mod effects;
-mod execute;
+mod faults;
+
 mod fisheye;
 mod ground;
-mod lit;
+
 mod live_probes;
 mod loading;
 #[cfg(not(target_arch = "wasm32"))]
 mod measuring;
 mod metering;
 mod mirrors;
+mod monitors;
 mod next;
 mod output;
 mod portals;
 mod prepare;
+mod prepare_view;
 mod probes;
+mod purpose;
+mod read;
 mod reading;
-mod recording;
+mod record;
+mod record_view;
+mod resolve;
 mod run;
 mod shadows;
 mod shared;
 mod simulations;
+mod submit;
 mod surroundings;
 mod temporal;
 mod variables;
+mod view_kind;
 mod views;
+mod visible;
 mod water;
 
 pub use reading::RenderedView;
@@ -37,27 +48,23 @@ pub use reading::RenderedView;
 pub use shared::Pipelines;
 
 use crate::aov::AovTextures;
-use crate::decals;
 use crate::draws::WorldDraws;
 use crate::effect::WgslEffect;
 use crate::environment::ComputedEnvironments;
 use crate::gpu::Gpu;
-use crate::lights;
 use crate::passes::present::Target;
-use crate::record::{
-    BindGroups, Bundles, DecalMarks, FrameTables, InstanceTable, SurfacePipelines, UniformArena, Volumes,
-};
-use crate::request::{FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
+use crate::record::InstanceTable;
+use crate::request::{FrameRequest, FrameStats, RenderError};
 use crate::resources::SceneResources;
-use crate::shader::Shaders;
+use drawing::DrawResources;
+use faults::SceneFaults;
 use ground::GroundState;
-use manypass_graph::{Executor, PassTime};
+use manypass_graph::Executor;
 use manypass_scene::Cache;
-use manypass_scene::capture::MONITORS_MAX;
 use manypass_scene::{NodeId, Scene};
 use output::ViewState;
+use purpose::Purpose;
 use shadows::ShadowState;
-use shared::Shared;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -67,19 +74,9 @@ pub const DISPLAY: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Draws scenes. It may be moved to another thread.
 pub struct Renderer {
     gpu: Gpu,
-    shaders: Shared<Shaders>,
-    surface_pipelines: Shared<SurfacePipelines>,
+    drawing: DrawResources,
     executor: Executor,
-    tables: FrameTables,
-    uniforms: UniformArena,
-    bind_groups: BindGroups,
-    /// Lights of visible nodes, be they drawn or too many.
-    light_count: usize,
-    /// What is wrong with mirrors, water, portals and simulations.
-    flat_faults: Vec<String>,
-    bundles: Bundles,
-    volumes: Volumes,
-    decal_marks: DecalMarks,
+    faults: SceneFaults,
     resources: SceneResources,
     computed: ComputedEnvironments,
     world_draws: WorldDraws,
@@ -100,67 +97,6 @@ pub struct Renderer {
     added: Vec<Arc<WgslEffect>>,
 }
 
-/// What a frame is rendered for. All but the picture itself are for machines with files and a clock of their own.
-#[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser cannot wait for what the others read"))]
-enum Purpose<'t> {
-    Picture,
-    /// A frame that is added to the picture, which nobody looks at yet.
-    Sample,
-    Target(&'t Target),
-    /// Variables alone, beside the picture.
-    Variables,
-    Pictures(Vec<PassPicture>),
-    Pairs(PairCounts),
-    /// How many pixels are no numbers.
-    Scrubbed(u64),
-    Times(Vec<PassTime>),
-    /// Pre-exposed radiance of the frame.
-    Meter(Vec<f32>),
-    /// Nothing: the frame is planned and not run.
-    Plan,
-    /// What is around probes alone.
-    Probes,
-    /// How many rounds of lights there are. The frame is not run.
-    Rounds(u32),
-}
-
-impl Purpose<'_> {
-    /// Whether the frame is one of those that make the picture.
-    fn is_picture(&self) -> bool {
-        matches!(self, Self::Picture | Self::Sample | Self::Target(_))
-    }
-
-    /// Whether simulations go on to the scene's time; whoever looks at the same picture once more finds them as they are.
-    fn goes_on(&self) -> bool {
-        self.is_picture() || matches!(self, Self::Meter(_))
-    }
-
-    /// Whether the frame is not run.
-    fn is_plan(&self) -> bool {
-        matches!(self, Self::Plan | Self::Rounds(_))
-    }
-
-    /// Whether what monitors show is drawn; whoever reads variables or counts pairs finds what they showed last.
-    fn has_captures(&self) -> bool {
-        !matches!(self, Self::Variables | Self::Pairs(_))
-    }
-
-    /// Whether effects are drawn.
-    fn has_effects(&self) -> bool {
-        !matches!(self, Self::Variables | Self::Pairs(_) | Self::Meter(_))
-    }
-
-    /// Whether the picture is shown, with what is drawn over it.
-    fn shows_picture(&self) -> bool {
-        self.has_effects() && !matches!(self, Self::Sample)
-    }
-
-    /// Whether the frame's variables can be read afterwards.
-    fn has_variables(&self) -> bool {
-        self.is_picture() || matches!(self, Self::Variables)
-    }
-}
-
 impl Renderer {
     /// A renderer on `gpu`.
     ///
@@ -168,17 +104,9 @@ impl Renderer {
     /// None today; a renderer may refuse a device.
     pub fn new(gpu: Gpu) -> Result<Self, RenderError> {
         Ok(Self {
-            shaders: Shaders::new(&gpu.device).into(),
-            surface_pipelines: SurfacePipelines::default().into(),
+            drawing: DrawResources::new(&gpu),
             executor: Executor::new(&gpu.device, &gpu.queue),
-            tables: FrameTables::new(&gpu),
-            uniforms: UniformArena::new(&gpu.device),
-            bind_groups: BindGroups::default(),
-            light_count: 0,
-            flat_faults: Vec::new(),
-            bundles: Bundles::default(),
-            volumes: Volumes::new(&gpu.device),
-            decal_marks: DecalMarks::default(),
+            faults: SceneFaults::default(),
             resources: SceneResources::new(&gpu),
             computed: ComputedEnvironments::default(),
             world_draws: WorldDraws::default(),
@@ -211,15 +139,7 @@ impl Renderer {
     pub fn load(&mut self, scene: &Scene) -> Result<(), RenderError> {
         self.follow_simulations(scene)?;
         self.follow(scene);
-        let is_lit = |id: &NodeId| scene.node(*id).light.is_some();
-        self.light_count = scene.visible_nodes().into_iter().filter(is_lit).count();
-        self.flat_faults = mirrors::faults(scene);
-        self.flat_faults.extend(water::faults(scene));
-        self.flat_faults.extend(portals::faults(scene));
-        self.flat_faults.extend(surroundings::faults(scene));
-        self.flat_faults.extend(crate::probes::faults(scene));
-        self.flat_faults.extend(decals::faults(scene));
-        self.flat_faults.extend(simulations::faults(scene, &self.simulations));
+        self.faults = SceneFaults::of(scene, &self.simulations);
         Ok(self.gpu.check()?)
     }
 
@@ -233,9 +153,7 @@ impl Renderer {
     fn follow(&mut self, scene: &Scene) -> u64 {
         let followed = self.resources.follow(&self.gpu, scene, self.computed.maps(), self.cache.as_deref());
         if followed.has_moved {
-            // They hold buffers, textures and tables whose place others took.
-            self.bind_groups.clear();
-            self.bundles.clear();
+            self.drawing.clear();
         }
         self.shadows.scene_version +=
             u64::from(followed.has_moved || followed.has_changed || followed.written_bytes > 0);
@@ -254,8 +172,7 @@ impl Renderer {
         self.surroundings.clear();
         self.simulations.clear();
         self.world_draws = WorldDraws::default();
-        self.bind_groups.clear();
-        self.bundles.clear();
+        self.drawing.clear();
         // The memory is free only once the device has noticed.
         self.gpu.wait();
     }
@@ -269,7 +186,7 @@ impl Renderer {
         let of_views = self.views.iter_mut().filter(|(name, _)| is_wanted(name));
         let forgotten: Vec<_> = of_views.filter_map(|(_, view)| view.aovs.take()).collect();
         if !forgotten.is_empty() {
-            self.bind_groups.clear();
+            self.drawing.bind_groups.clear();
             self.executor.destroy_released(forgotten.iter().flat_map(AovTextures::all));
             self.gpu.wait();
         }
@@ -278,28 +195,6 @@ impl Renderer {
     /// Bytes of the scene's meshes, textures and simulations on the device.
     pub fn scene_bytes(&self) -> u64 {
         self.resources.bytes() + self.simulations.bytes()
-    }
-
-    /// What of the scene was left out, or replaced, on the device.
-    pub fn warnings(&self) -> Vec<String> {
-        let mut warnings = self.resources.warnings();
-        warnings.extend(self.flat_faults.iter().cloned());
-        if self.surroundings.lacks_probes {
-            let side = self.gpu.capabilities.max_texture_size;
-            warnings.push(format!(
-                "probes are left out: textures of the adapter, {side} texels a side, have no room for them"
-            ));
-        }
-        let monitors = self.resources.textures.monitor_count();
-        if monitors > MONITORS_MAX {
-            warnings
-                .push(format!("only the first {MONITORS_MAX} of {monitors} monitors are drawn; the others are dark"));
-        }
-        if self.light_count > lights::LIGHTS_MAX as usize {
-            let (drawn, count) = (lights::LIGHTS_MAX, self.light_count);
-            warnings.push(format!("only the first {drawn} of {count} lights are drawn"));
-        }
-        warnings
     }
 
     /// Of the last frame the nodes of the lights for whose shadow maps there was no room, so that they shone through
@@ -321,7 +216,7 @@ impl Renderer {
 
     /// Milliseconds spent on shaders and pipelines so far. A driver may do more of it when it first draws.
     pub fn compile_ms(&self) -> f64 {
-        self.shaders.compile_ms()
+        self.drawing.shaders.compile_ms()
     }
 
     /// Numbers of the last frame.
@@ -366,7 +261,7 @@ impl Renderer {
     /// # Errors
     /// No scene was loaded, the size does not fit, or the device failed.
     pub async fn render_async(&mut self, scene: &Scene, request: &FrameRequest) -> Result<(), RenderError> {
-        self.run(scene, &[("", request)], &mut Purpose::Picture).await.map(drop)
+        self.run(scene, &[("", request)], &Purpose::PICTURE).await.map(drop)
     }
 
     /// Renders one frame of several cameras, each with a name, a size, samples and outputs of its own: innermost first,
@@ -389,7 +284,7 @@ impl Renderer {
         scene: &Scene,
         views: &[(&str, &FrameRequest)],
     ) -> Result<(), RenderError> {
-        self.run(scene, views, &mut Purpose::Picture).await.map(drop)
+        self.run(scene, views, &Purpose::PICTURE).await.map(drop)
     }
 
     /// As [`Self::render`], for all frames of a still but the last: the picture that [`Self::read_display`] gives is
@@ -399,7 +294,8 @@ impl Renderer {
     /// As [`Self::render`].
     #[cfg(not(target_arch = "wasm32"))]
     pub fn accumulate(&mut self, scene: &Scene, request: &FrameRequest) -> Result<(), RenderError> {
-        pollster::block_on(self.run(scene, &[("", request)], &mut Purpose::Sample)).map(drop)
+        pollster::block_on(self.run(scene, &[("", request)], &Purpose { shows_picture: false, ..Purpose::PICTURE }))
+            .map(drop)
     }
 
     /// Renders one frame, adds it to those since `sample_index` 0, and draws the picture so far over what `target`
@@ -438,7 +334,7 @@ impl Renderer {
         if let Some(fault) = target.fault() {
             return Err(RenderError::Target(fault));
         }
-        self.run(scene, &[("", request)], &mut Purpose::Target(target)).await.map(drop)
+        self.run(scene, &[("", request)], &Purpose { target: Some(target), ..Purpose::PICTURE }).await.map(drop)
     }
 }
 

@@ -19,8 +19,8 @@ pub use field::SettingField;
 pub use file::SettingsFile;
 pub use info::{NumberType, Scalar, SettingInfo, SettingType, SettingValue};
 pub(crate) use rounded::rounded_up;
-pub(crate) use schema::{color_schema, deprecated};
 pub use schema::schema;
+pub(crate) use schema::{color_schema, deprecated};
 pub use switch::Switch;
 
 use crate::diagnostic::Diagnostic;

@@ -1,10 +1,11 @@
 //! Pictures within the picture: which monitors and mirrors a frame shows, and what is asked of the views of monitors'
 //! cameras.
 
-use super::asked::ViewPart;
-use super::mirrors::{MirrorSeen, Mirrors, VIEWS_MAX};
+use super::Renderer;
+use super::mirrors::{MirrorLink, Mirrors, VIEWS_MAX};
 use super::next::NextState;
-use super::{Purpose, Renderer};
+use super::purpose::Purpose;
+use super::view_kind::{Drawing, ViewKind};
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::draws::may_show;
 use crate::overlay::monitors_of_overlay;
@@ -22,18 +23,16 @@ use std::collections::{BTreeMap, BTreeSet};
 pub(super) struct Part {
     pub name: String,
     pub request: FrameRequest,
-    /// What of a picture it is.
-    pub part: ViewPart,
+    pub kind: ViewKind,
     /// The mirrors that it shows, whose views come before it.
-    pub mirrors: Vec<MirrorSeen>,
+    pub mirrors: Vec<MirrorLink>,
     /// In how many other pictures the monitor is seen for whose sake it is drawn.
     pub level: Option<u32>,
 }
 
 impl Part {
-    pub fn new(name: String, request: FrameRequest, part: ViewPart) -> Self {
-        let level = if let ViewPart::Monitor(MonitorView { level, .. }) = part { Some(level) } else { None };
-        Self { name, request, part, mirrors: Vec::new(), level }
+    pub fn new(name: String, request: FrameRequest, kind: ViewKind) -> Self {
+        Self { name, request, kind, mirrors: Vec::new(), level: None }
     }
 }
 
@@ -48,6 +47,19 @@ pub(super) struct MonitorView {
     pub darkens: Vec<usize>,
     /// By how many stops it is exposed more than the picture.
     pub exposure_stops: f32,
+}
+
+impl MonitorView {
+    /// It is a picture of its own within others.
+    fn kind(self, request: &FrameRequest) -> ViewKind {
+        ViewKind {
+            is_capture: true,
+            // Those of a live view are not drawn in all of its frames.
+            has_means: !request.goes_on && request.sample_count > 1,
+            keeps_border: true,
+            ..ViewKind::within(Drawing::Monitor(self))
+        }
+    }
 }
 
 /// When monitors were last drawn.
@@ -236,10 +248,7 @@ impl Renderer {
         let of_picture = mirrors.before(scene, parts, depth, (&mut drawn, &mut shown))?;
         let (monitors, monitors_left_out) = self.monitors(scene, &of_picture, &mut next.captures)?;
         // A meter exposes its readings otherwise than pictures are.
-        let mut all = match purpose {
-            Purpose::Meter(_) => Vec::new(),
-            _ => self.probe_parts(scene, &first, next),
-        };
+        let mut all = if purpose.is_exposed { self.probe_parts(scene, &first, next) } else { Vec::new() };
         all.extend(self.sides(scene, &first, &mut next.surroundings)?);
         all.extend(mirrors.before(scene, monitors, depth, (&mut drawn, &mut shown))?);
         all.extend(of_picture);
@@ -275,7 +284,7 @@ impl Renderer {
             None => BTreeSet::new(),
         };
         let seen: BTreeSet<usize> =
-            parts.iter().flat_map(|part| screens.seen_in(&part.request, part.part.is_of_fisheye())).collect();
+            parts.iter().flat_map(|part| screens.seen_in(&part.request, part.kind.is_sheared)).collect();
         let mut levels: Vec<BTreeSet<usize>> = vec![seen.into_iter().filter(is_there).collect()];
         let part = |image: usize, level: u32, darkens: &BTreeSet<usize>| {
             let (name, monitor, request) = requests.get(&image)?;
@@ -289,7 +298,8 @@ impl Renderer {
             let twin = requests.range(..image).filter(|(_, (other, ..))| other == name).count();
             let name = if twin > 0 { format!("{name}.{}", twin + 1) } else { (*name).to_owned() };
             let inner = if level > 0 { format!("/{}", level + 1) } else { String::new() };
-            Some(Part::new(format!("monitor/{name}{inner}"), request.clone(), ViewPart::Monitor(view)))
+            let part = Part::new(format!("monitor/{name}{inner}"), request.clone(), view.kind(request));
+            Some(Part { level: Some(level), ..part })
         };
         let is_known = |(image, width, height): &(usize, u32, u32)| {
             requests.get(image).is_some_and(|(_, monitor, _)| (monitor.width, monitor.height) == (*width, *height))

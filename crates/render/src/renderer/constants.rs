@@ -1,7 +1,6 @@
 //! What the pipelines of a view know when they are made.
 
-use super::asked::{Asked, ViewPart};
-use super::mirrors::{MirrorView, Reflector};
+use super::ask::ViewRequest;
 use super::shadows::takes_one_tap;
 use super::surroundings::FrameSurroundings;
 use crate::decals::DECALS;
@@ -15,7 +14,7 @@ use crate::shadows::{ShadowFilter, ViewShadows};
 
 /// The `override` constants of a view's pipelines.
 pub(super) fn constants_of(
-    (asked, world): (&Asked, &WorldDraws),
+    (asked, world): (&ViewRequest, &WorldDraws),
     table: &LightTable,
     shadows: Option<&ViewShadows>,
     (tiles, surroundings): (Option<&EnvironmentTiles>, Option<&FrameSurroundings>),
@@ -24,8 +23,7 @@ pub(super) fn constants_of(
     let settings = &asked.request.settings;
     let mut constants = settings.shading.constants();
     constants.extend(settings.relief.constants());
-    // How far the eye is from a probe says nothing of how its light is seen.
-    if settings.lod.enabled && settings.lod.lighting_m > 0.0 && !matches!(asked.part, ViewPart::Probe(_)) {
+    if settings.lod.enabled && settings.lod.lighting_m > 0.0 && asked.kind.simplifies_far_light {
         constants.push(("lambert_from", settings.lod.lighting_m.to_bits()));
     }
     constants.extend(settings.transparency.masks.constants());
@@ -58,18 +56,7 @@ pub(super) fn constants_of(
         let shows_picture = u32::from(matches!(settings.environment.source, Environment::File | Environment::Sky));
         constants.extend([("has_picture", 1), ("shows_picture", shows_picture), ("sun_count", tiles.sun_count())]);
     }
-    // What lies behind everything is what surfaces get light of; suns are lights on water with waves.
-    match &asked.part {
-        ViewPart::Mirror(MirrorView { of: Reflector::Water(_), is_smooth: false, .. }) => {
-            constants.push(("shows_light", 2));
-        }
-        // Their suns are known to those who add up what sides show. A probe in a wall sees the wall, and nothing beyond.
-        ViewPart::Probe(_) => constants.extend([("shows_light", 2), ("backs_are_black", 1)]),
-        ViewPart::Mirror(MirrorView { of: Reflector::Water(_) | Reflector::Node(_), .. }) | ViewPart::Side(_) => {
-            constants.push(("shows_light", 1));
-        }
-        _ => {}
-    }
+    constants.extend(asked.kind.constants);
     if let Some(surroundings) = surroundings {
         if surroundings.count > 0 {
             constants.push(("surrounding_count", surroundings.count));

@@ -1,6 +1,6 @@
 //! Numbers of a frame: draws that only light, and pairs of light and what it may reach.
 
-use super::asked::Asked;
+use super::ask::ViewRequest;
 use crate::aov::f32_from_half;
 use crate::constants::LIGHTS_PER_BATCH;
 use crate::draws::WorldDraws;
@@ -10,8 +10,8 @@ use crate::render_settings::Path;
 use crate::request::PairCounts;
 
 /// Draw calls of a view that only light.
-pub(super) fn light_draws(view: &PreparedView, asked: &Asked, world: &WorldDraws) -> u32 {
-    if asked.part.is_fisheye() {
+pub(super) fn light_draws(view: &PreparedView, asked: &ViewRequest, world: &WorldDraws) -> u32 {
+    if !asked.kind.draws_surfaces {
         return 0;
     }
     let settings = &asked.request.settings;
@@ -33,6 +33,7 @@ pub(super) fn light_draws(view: &PreparedView, asked: &Asked, world: &WorldDraws
 }
 
 /// Sums of the four channels of a texture of `format`, 32-bit or half floats.
+#[cfg_attr(target_arch = "wasm32", allow(dead_code, reason = "a browser counts no pairs"))]
 pub(super) fn sum_pairs(bytes: &[u8], format: wgpu::TextureFormat) -> PairCounts {
     let mut counts = [0f64; 4];
     if format == wgpu::TextureFormat::Rgba32Float {

@@ -1,8 +1,8 @@
 //! Fisheye pictures: what is asked of the views that they are put together from.
 
 use super::Renderer;
-use super::asked::ViewPart;
 use super::captures::Part;
+use super::view_kind::{Drawing, ViewKind};
 use crate::camera_settings::Fisheye;
 use crate::fisheye::{Face, FisheyeFaces, FisheyeInfo};
 use crate::request::{Averaging, FrameRequest};
@@ -26,15 +26,24 @@ fn faces_of(request: &FrameRequest, limit_px: u32) -> Option<FisheyeFaces> {
 /// The views that a picture is made of, the picture itself last, each with its name.
 pub(super) fn parts_of(name: &str, request: FrameRequest, limit_px: u32) -> Vec<Part> {
     let Some(of_fisheye) = faces_of(&request, limit_px) else {
-        return vec![Part::new(name.into(), request, ViewPart::Whole)];
+        return vec![Part::new(name.into(), request, ViewKind::picture())];
     };
     let before = if name.is_empty() { String::new() } else { format!("{name}/") };
     let face = |face: &Face| {
-        Part::new(format!("{before}fisheye/{}", face.side.name()), request_of(face, &request), ViewPart::Face(*face))
+        Part::new(format!("{before}fisheye/{}", face.side.name()), request_of(face, &request), kind_of(*face))
     };
     let mut parts: Vec<_> = of_fisheye.faces.iter().map(face).collect();
-    parts.push(Part::new(name.into(), request, ViewPart::Fisheye(of_fisheye)));
+    let drawing = Drawing::Fisheye(of_fisheye);
+    let kind =
+        ViewKind { drawing, draws_surfaces: false, is_sheared: true, keeps_border: false, ..ViewKind::picture() };
+    parts.push(Part::new(name.into(), request, kind));
     parts
+}
+
+/// A view that a picture is put together from. Its frustum is sheared.
+fn kind_of(face: Face) -> ViewKind {
+    let shear = (face.shift_ndc(), face.beyond());
+    ViewKind { is_sheared: true, shear, ..ViewKind::within(Drawing::Face(face)) }
 }
 
 /// What is asked of a view where `request` is asked of the picture.

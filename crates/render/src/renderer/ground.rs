@@ -1,16 +1,16 @@
 //! The ground of a frame: its map on the device, and whether that is still right.
 
 use super::Renderer;
-use super::asked::Asked;
-use super::lit::{Lit, World};
+use super::ask::ViewRequest;
 use super::next::NextState;
+use super::visible::{FrameScene, VisibleSet};
 use crate::draws::Tile;
 use crate::environment::Environment;
 use crate::environment::studio::key_of_fill;
 use crate::gpu::{Gpu, destroy};
 use crate::ground::{Ground, GroundLight, GroundMap, map_under, side_texels};
 use crate::record::InstanceTable;
-use crate::request::{FrameRequest, FrameStats};
+use crate::request::FrameRequest;
 use manypass_graph::TextureDesc;
 use manypass_scene::EnvironmentLight;
 
@@ -45,14 +45,13 @@ impl Renderer {
     /// The ground of the views of a frame, of which the first that has one decides on the light.
     pub(super) fn prepare_ground(
         &mut self,
-        asked: &[Asked],
-        lit: &[Lit],
-        world: &World<'_>,
-        stats: &mut FrameStats,
+        asked: &[ViewRequest],
+        lit: &[VisibleSet],
+        world: &FrameScene<'_>,
         next: &mut NextState,
     ) -> Option<FrameGround> {
         let version = self.shadows.version(asked);
-        let has_ground = |(asked, _): &(&Asked, &Lit)| asked.request.settings.ground.mode != Ground::None;
+        let has_ground = |(asked, _): &(&ViewRequest, &VisibleSet)| asked.request.settings.ground.mode != Ground::None;
         let (asked, lit) = asked.iter().zip(lit).find(has_ground)?;
         let of_table = GroundLight::of_table(&lit.lists.table);
         let broad_source = if of_table.is_none() { self.broad_source_of(asked) } else { None };
@@ -65,7 +64,12 @@ impl Renderer {
         let height_m = asked.request.ground_height_m;
         let map = map_under(&world.draws.bounds_world, height_m, light, side_texels(longest_px))?;
         if !next.is_run {
-            return Some(FrameGround { map, broad_source, texture: self.tables.no_environment.clone(), tiles: None });
+            return Some(FrameGround {
+                map,
+                broad_source,
+                texture: self.drawing.tables.no_environment.clone(),
+                tiles: None,
+            });
         }
         let mut instances = Vec::new();
         let (tiles, signature) = map.tiles(&world.draws, version, &mut instances);
@@ -80,13 +84,13 @@ impl Renderer {
             return Some(FrameGround { map, broad_source, texture, tiles: None });
         }
         next.ground = Some((map, signature));
-        stats.uploaded_bytes += self.ground.instances.write(&self.gpu, &instances);
-        stats.draws += tiles.iter().map(|tile| tile.draws.len() as u32).sum::<u32>();
+        next.stats.uploaded_bytes += self.ground.instances.write(&self.gpu, &instances);
+        next.stats.draws += tiles.iter().map(|tile| tile.draws.len() as u32).sum::<u32>();
         Some(FrameGround { map, broad_source, texture, tiles: Some(tiles) })
     }
 
     /// The broad source of the picture that a view has as its environment.
-    fn broad_source_of(&mut self, asked: &Asked) -> Option<EnvironmentLight> {
+    fn broad_source_of(&mut self, asked: &ViewRequest) -> Option<EnvironmentLight> {
         self.computed.broad_source(asked.environment.as_ref().filter(|_| has_picture(&asked.request))?)
     }
 }

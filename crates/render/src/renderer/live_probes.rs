@@ -1,19 +1,25 @@
 //! Probes whose light frames find: what is asked of the views around them, and where what they show belongs.
 
-use super::asked::{Asked, ViewPart};
+use super::Renderer;
+use super::ask::ViewRequest;
 use super::captures::{Captures, Part};
 use super::next::NextState;
 use super::probes::{DueProbe, place_of};
+use super::purpose::Purpose;
+use super::record::{EarlierResults, SceneFeatures};
+use super::resolve::ResolvedFrame;
 use super::surroundings::{FrameSurroundings, side_request};
-use super::{Purpose, Renderer};
+use super::view_kind::{CapturedLight, Drawing, ViewKind};
 use crate::constants::PROBE_FACE_SIDE;
 use crate::environment::lobe::FACES;
 use crate::environment::{Environment, EnvironmentSettings};
 use crate::fog::FogSettings;
+use crate::frame;
 use crate::gpu::readback;
 use crate::ground::Ground;
 use crate::passes::probe_capture::CapturedProbe;
 use crate::probes::{DISTANCE_MAX_M, known, read_probe};
+use crate::record::{Frame, Recorder};
 use crate::request::{FrameRequest, RenderError};
 use crate::setting::Switch;
 use crate::settings::Settings;
@@ -21,6 +27,7 @@ use crate::shading_settings::ShadingSettings;
 use crate::shadows::ShadowSettings;
 use glam::Vec4;
 use half::f16;
+use manypass_graph::Graph;
 use manypass_scene::decal::Decal;
 use manypass_scene::probes::{Probe, ProbeGrid};
 use manypass_scene::{Light, NodeId, Projection, Scene};
@@ -65,15 +72,48 @@ fn request_of(grid: &ProbeGrid, probe: usize, face: usize, request: &FrameReques
     Some(FrameRequest { light_rounds: None, ..side })
 }
 
+/// A side of what is around a probe. Suns are known to those who add up what sides show. A probe in a wall sees the wall,
+/// and nothing beyond.
+fn kind_of(side: ProbeSide) -> ViewKind {
+    ViewKind {
+        constants: &[("shows_light", 2), ("backs_are_black", 1)],
+        // How far the eye is from a probe says nothing of how its light is seen.
+        simplifies_far_light: false,
+        shows_backs: true,
+        is_around: true,
+        captured_light: CapturedLight::Irradiance,
+        ..ViewKind::within(Drawing::Probe(side))
+    }
+}
+
 /// The views around probes. Their names are those of their places among them, so that few are kept.
 fn parts_of(grids: &[&ProbeGrid], due: &[DueProbe], is_apart: bool, request: &FrameRequest) -> Vec<Part> {
     let views = due.iter().enumerate().flat_map(|(slot, of)| (0..FACES.len()).map(move |face| (slot, *of, face)));
     let part = |(slot, of, face): (usize, DueProbe, usize)| {
         let asked = request_of(grids.get(of.grid)?, of.probe, face, request)?;
         let side = ProbeSide { of, face, is_apart };
-        Some(Part::new(format!("probes/{slot}.{face}"), asked, ViewPart::Probe(side)))
+        Some(Part::new(format!("probes/{slot}.{face}"), asked, kind_of(side)))
     };
     views.filter_map(part).collect()
+}
+
+/// Finds the light of a probe of what its sides show.
+pub(super) fn record_probe<'f>(
+    graph: &mut Graph<'f>,
+    frame: &'f Frame<'f>,
+    features: &SceneFeatures<'f>,
+    before: &mut EarlierResults<'_>,
+) -> Result<(), RenderError> {
+    let (sides, at) = (std::mem::take(&mut before.around), before.probes);
+    before.probes += 1;
+    let (Some((_, surroundings)), Some((view, probes))) = (features.surroundings, features.probes) else {
+        return Ok(());
+    };
+    let Some(Some(probe)) = probes.get(at) else { return Ok(()) };
+    let mut r = Recorder::new(graph, frame, view);
+    let target = surroundings.import(&mut r, format!("probes.{at}"));
+    frame::probe_light_passes(&mut r, probe, &sides, target)?;
+    Ok(())
 }
 
 /// What probes have as their environment: the studio that lets one see what lamps light is no light.
@@ -264,8 +304,9 @@ impl Renderer {
                     continue;
                 }
                 let parts = parts_of(&grids, due, true, request);
-                let next = NextState::of(self, &Purpose::Probes);
-                self.run_views(scene, Captures { parts, left_out: 0 }, next, &mut Purpose::Probes).await?;
+                let next = NextState::of(self, &Purpose::BESIDE);
+                let resolved = ResolvedFrame { captures: Captures { parts, left_out: 0 }, next };
+                self.run_views(scene, resolved, &Purpose::BESIDE).await?;
                 done += due.len();
                 if !progress(done, all) {
                     self.surroundings.probes.forget();
@@ -282,12 +323,12 @@ impl Renderer {
     pub(super) fn captured_probes(
         &self,
         scene: &Scene,
-        asked: &[Asked],
+        asked: &[ViewRequest],
         surroundings: Option<&FrameSurroundings>,
     ) -> Vec<Option<CapturedProbe>> {
         let Some(surroundings) = surroundings else { return Vec::new() };
         let grids = known(scene, true);
-        let captured = |(asked, of, is_apart): (&Asked, DueProbe, bool)| {
+        let captured = |(asked, of, is_apart): (&ViewRequest, DueProbe, bool)| {
             let (grid, placed) = (grids.get(of.grid)?, surroundings.probes.grids.get(of.grid)?);
             let (_, offset_m) = place_of(grid, of.probe)?;
             let light = if is_apart { 1 - placed.light.min(1) } else { placed.light };
@@ -305,8 +346,8 @@ impl Renderer {
                 sun_irradiances: uniform.sun_irradiances,
             })
         };
-        let first_side = |asked: &'_ Asked| match asked.part {
-            ViewPart::Probe(ProbeSide { of, face: 0, is_apart }) => Some((of, is_apart)),
+        let first_side = |asked: &'_ ViewRequest| match asked.kind.drawing {
+            Drawing::Probe(ProbeSide { of, face: 0, is_apart }) => Some((of, is_apart)),
             _ => None,
         };
         let first_sides =

@@ -1,6 +1,9 @@
 //! Frames that are measured, counted or planned, and show no picture. In browsers nothing waits for them.
 
-use super::{Purpose, Renderer};
+use super::Renderer;
+use super::counts::sum_pairs;
+use super::purpose::Purpose;
+use super::read::{FrameReadings, TextureBytes};
 use crate::request::{FrameRequest, PairCounts, PassPicture, RenderError};
 use manypass_graph::{PassTime, Plan};
 use manypass_scene::Scene;
@@ -11,9 +14,8 @@ impl Renderer {
     /// # Errors
     /// As [`Self::render_async`].
     pub fn passes(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Vec<PassPicture>, RenderError> {
-        let mut purpose = Purpose::Pictures(Vec::new());
-        pollster::block_on(self.run(scene, &[("", request)], &mut purpose))?;
-        Ok(if let Purpose::Pictures(pictures) = purpose { pictures } else { Vec::new() })
+        let purpose = Purpose { reads_passes: true, ..Purpose::BESIDE };
+        Ok(self.measure(scene, request, &purpose)?.pictures)
     }
 
     /// Counts pairs of a light and what it may reach (a pixel, a fragment or a vertex) in a frame of its own.
@@ -21,9 +23,18 @@ impl Renderer {
     /// # Errors
     /// As [`Self::render_async`].
     pub fn count_pairs(&mut self, scene: &Scene, request: &FrameRequest) -> Result<PairCounts, RenderError> {
-        let mut purpose = Purpose::Pairs(PairCounts::default());
-        pollster::block_on(self.run(scene, &[("", request)], &mut purpose))?;
-        Ok(if let Purpose::Pairs(pairs) = purpose { pairs } else { PairCounts::default() })
+        let purpose = Purpose {
+            draws_captures: false,
+            draws_picture: false,
+            shows_picture: false,
+            counts_pairs: true,
+            ..Purpose::BESIDE
+        };
+        let mut counts = PairCounts::default();
+        for pairs in self.measure(scene, request, &purpose)?.exports {
+            counts += sum_pairs(&pairs.bytes, pairs.format);
+        }
+        Ok(counts)
     }
 
     /// Counts the pixels that effects leave as no number, or infinite, in a frame of its own: those that are scrubbed before
@@ -33,9 +44,9 @@ impl Renderer {
     /// # Errors
     /// As [`Self::render_async`].
     pub fn count_scrubbed(&mut self, scene: &Scene, request: &FrameRequest) -> Result<u64, RenderError> {
-        let mut purpose = Purpose::Scrubbed(0);
-        pollster::block_on(self.run(scene, &[("", request)], &mut purpose))?;
-        Ok(if let Purpose::Scrubbed(count) = purpose { count } else { 0 })
+        let purpose = Purpose { counts_scrubbed: true, ..Purpose::BESIDE };
+        let exports = self.measure(scene, request, &purpose)?.exports;
+        Ok(exports.iter().flat_map(TextureBytes::floats).filter(|value| *value > 0.5).count() as u64)
     }
 
     /// Renders one frame and measures its passes: the time to record each, and where the adapter has timestamps the
@@ -44,9 +55,8 @@ impl Renderer {
     /// # Errors
     /// As [`Self::render_async`].
     pub fn pass_times(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Vec<PassTime>, RenderError> {
-        let mut purpose = Purpose::Times(Vec::new());
-        pollster::block_on(self.run(scene, &[("", request)], &mut purpose))?;
-        Ok(if let Purpose::Times(times) = purpose { times } else { Vec::new() })
+        let purpose = Purpose { times_passes: true, ..Purpose::BESIDE };
+        Ok(self.measure(scene, request, &purpose)?.times)
     }
 
     /// In how many rounds the lights of `scene` have to share the atlas of shadow maps so that every light casts its
@@ -61,10 +71,9 @@ impl Renderer {
         if !settings.enabled || !settings.spread_over_samples {
             return Ok(None);
         }
-        let mut purpose = Purpose::Rounds(1);
+        let purpose = Purpose { is_run: false, ends_at_shadows: true, ..Purpose::BESIDE };
         let request = FrameRequest { light_rounds: Some(0), sample_index: 0, ..request.clone() };
-        pollster::block_on(self.run(scene, &[("", &request)], &mut purpose))?;
-        Ok(if let Purpose::Rounds(rounds) = purpose { Some(rounds) } else { None })
+        Ok(Some(self.measure(scene, &request, &purpose)?.light_rounds))
     }
 
     /// The plan of the frame that `request` asks for. It renders nothing, and disturbs no picture that is being
@@ -73,6 +82,16 @@ impl Renderer {
     /// # Errors
     /// As [`Self::render_async`].
     pub fn plan(&mut self, scene: &Scene, request: &FrameRequest) -> Result<Plan, RenderError> {
-        pollster::block_on(self.run(scene, &[("", request)], &mut Purpose::Plan))
+        Ok(self.measure(scene, request, &Purpose { is_run: false, ..Purpose::BESIDE })?.plan)
+    }
+
+    /// Runs a frame of one view, and waits for what is read of it.
+    fn measure(
+        &mut self,
+        scene: &Scene,
+        request: &FrameRequest,
+        purpose: &Purpose<'_>,
+    ) -> Result<FrameReadings, RenderError> {
+        pollster::block_on(self.run(scene, &[("", request)], purpose))
     }
 }

@@ -1,6 +1,7 @@
 //! Metering: how bright the surfaces are that a request shows.
 
-use super::{Purpose, Renderer};
+use super::Renderer;
+use super::purpose::Purpose;
 use crate::constants::RADIANCE_MAX;
 use crate::environment::{Background, Environment};
 use crate::exposure::{
@@ -247,10 +248,17 @@ impl Renderer {
         pre_exposure_stops: i32,
     ) -> Result<Reading, RenderError> {
         let metering = Some(Metering { pre_exposure_stops, ..request.metering.unwrap_or_default() });
-        let mut purpose = Purpose::Meter(Vec::new());
         let request = FrameRequest { metering, ..request.clone() };
-        self.run(scene, &[("", &request)], &mut purpose).await?;
-        let Purpose::Meter(rgba) = purpose else { return Err(RenderError::Missing("nothing was metered")) };
+        let purpose = Purpose {
+            steps_simulations: true,
+            is_exposed: false,
+            draws_picture: false,
+            shows_picture: false,
+            ..Purpose::BESIDE
+        };
+        let readings = self.run(scene, &[("", &request)], &purpose).await?;
+        let radiance = readings.exports.first().ok_or(RenderError::Missing("nothing was metered"))?;
+        let rgba: Vec<f32> = radiance.floats().collect();
         Ok(Reading::new(&rgba, pre_exposure_stops))
     }
 

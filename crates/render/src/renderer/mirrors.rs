@@ -1,11 +1,19 @@
 //! Flat mirrors: which a view shows, and what is asked of the views behind them.
 
-use super::asked::ViewPart;
+use super::ask::ViewRequest;
 use super::captures::{Part, settings_of, widest_range};
+use super::prepare_view::ViewSetup;
+use super::record::EarlierResults;
+use super::view_kind::{Drawing, ViewKind};
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::environment::Background;
-use crate::outline::is_seen;
+use crate::frame;
+use crate::gbuffer::ViewOutputs;
+use crate::mirror_picture::MirrorPicture;
+use crate::outline::{is_seen, rectangle_of};
+use crate::passes::mirrors::ShownMirror;
 use crate::passes::resolve::PixelSamples;
+use crate::record::Recorder;
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, RenderError};
 use crate::resources::layers::ShadedIn;
@@ -15,7 +23,7 @@ use manypass_scene::capture::{MIRRORS_MAX, Mirror, Panel};
 use manypass_scene::portal::{PORTALS_MAX, Portal, through};
 use manypass_scene::water::WATER_MAX;
 use manypass_scene::{Material, NodeId, Projection, Scene, ShadingModel};
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The most views behind mirrors that a frame draws, those of mirrors within mirrors too.
 pub(super) const VIEWS_MAX: usize = 64;
@@ -34,7 +42,7 @@ const SCALE_MAX: f32 = 2.0;
 
 /// How much more than the picture is drawn behind a rough mirror, which reflects what is beside it: so large a share on
 /// each side.
-pub(super) const ROUGH_MARGIN: f32 = 0.3;
+const ROUGH_MARGIN: f32 = 0.3;
 
 /// What reflects.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -50,7 +58,7 @@ pub(super) enum Reflector {
 
 /// What a view shows of a mirror.
 #[derive(Clone, Debug)]
-pub(super) struct MirrorSeen {
+pub(super) struct MirrorLink {
     /// The name of the view behind it.
     pub view: String,
     pub of: Reflector,
@@ -66,11 +74,6 @@ pub(super) struct MirrorView {
     pub is_smooth: bool,
     /// What shows it.
     pub of: Reflector,
-    /// The corners of a rectangle around it, one after the other.
-    pub corners_world: [Vec3; 4],
-    /// By how much its picture is moved, because that of the view that shows it is, and how far it then reaches beyond its
-    /// frustum, in metres a metre.
-    pub shear: (Vec2, f32),
 }
 
 /// A mirror that is drawn, or water.
@@ -106,6 +109,29 @@ impl<'s> Known<'s> {
         match &self.through {
             None => corners,
             Some((matrix, _)) => corners.map(|corner| matrix.transform_point3(corner)),
+        }
+    }
+
+    /// The view behind it, for a view of a kind: each pixel of smooth ones shows one direction, while others show what is
+    /// beside, too.
+    fn kind_behind(&self, viewer: &ViewKind) -> ViewKind {
+        let Self { is_smooth, of, .. } = *self;
+        let (shift_ndc, beyond) = viewer.shear;
+        let margin = if is_smooth { 1.0 } else { 1.0 + 2.0 * ROUGH_MARGIN };
+        let shear = (shift_ndc / margin, beyond);
+        ViewKind {
+            is_capture: true,
+            is_sheared: shear != (Vec2::ZERO, 0.0),
+            shear,
+            outline_world: is_smooth.then(|| self.corners_behind()),
+            margin,
+            // What lies behind everything is what surfaces get light of; suns are lights on water with waves.
+            constants: match of {
+                Reflector::Water(_) if !is_smooth => &[("shows_light", 2)],
+                Reflector::Water(_) | Reflector::Node(_) => &[("shows_light", 1)],
+                Reflector::Portal(..) => &[],
+            },
+            ..ViewKind::within(Drawing::Mirror(MirrorView { is_smooth, of }))
         }
     }
 
@@ -238,7 +264,7 @@ impl<'s> Mirrors<'s> {
         (drawn, shown): (&mut usize, &mut BTreeSet<Reflector>),
     ) -> Result<Vec<Part>, RenderError> {
         let mut parts = Vec::new();
-        if part.part.is_fisheye() {
+        if !part.kind.draws_surfaces {
             return Ok(parts);
         }
         let has_reflections = part.request.settings.render.path != Path::Gouraud;
@@ -248,7 +274,7 @@ impl<'s> Mirrors<'s> {
             if scene.node(*node).layers & part.request.layers == 0 || !is_possible {
                 continue;
             }
-            let of_viewer = (&part.request, part.part.is_of_fisheye());
+            let of_viewer = (&part.request, part.kind.is_sheared);
             let Some((behind, normal_world)) = request_behind(known, self.limit_px, of_viewer)? else { continue };
             *drawn += 1;
             // Those beyond are counted, but not drawn.
@@ -261,25 +287,54 @@ impl<'s> Mirrors<'s> {
             let number = if twin > 0 { format!(".{}", twin + 1) } else { String::new() };
             let outer = if part.name.is_empty() { String::new() } else { format!("{}/", part.name) };
             let view = format!("{outer}{}/{name}{number}", of.kind());
-            part.mirrors.push(MirrorSeen {
+            part.mirrors.push(MirrorLink {
                 view: view.clone(),
                 of: *of,
                 normal_world,
                 corners_world: panel.corners_world(),
                 is_smooth: *is_smooth,
             });
-            let (shift_ndc, beyond) = part.part.shear();
-            let margin = if *is_smooth { 1.0 } else { 1.0 + 2.0 * ROUGH_MARGIN };
-            let of_mirror = ViewPart::Mirror(MirrorView {
-                is_smooth: *is_smooth,
-                of: *of,
-                corners_world: known.corners_behind(),
-                shear: (shift_ndc / margin, beyond),
-            });
-            parts.push(Part { level: part.level, ..Part::new(view, behind, of_mirror) });
+            let kind = known.kind_behind(&part.kind);
+            parts.push(Part { level: part.level, ..Part::new(view, behind, kind) });
         }
         Ok(parts)
     }
+}
+
+/// The mirrors that a view shows; `behind` has what views behind them left, by the views' names.
+pub(super) fn shown(
+    (asked, setup): (&ViewRequest, &ViewSetup),
+    behind: &mut BTreeMap<String, MirrorPicture>,
+) -> Vec<ShownMirror> {
+    let shown = |link: &MirrorLink| {
+        let Reflector::Node(node) = link.of else { return None };
+        Some(ShownMirror {
+            object: node.0 + 1,
+            normal_world: link.normal_world,
+            is_smooth: link.is_smooth,
+            rectangle: rectangle_of(&setup.view.uniform, link.corners_world, setup.view.size),
+            picture: behind.remove(&link.view)?,
+        })
+    };
+    asked.mirrors.iter().filter_map(shown).collect()
+}
+
+/// Keeps what is seen behind a mirror or water, or through a portal, for the view that shows it.
+pub(super) fn record_behind(
+    r: &mut Recorder<'_, '_>,
+    view: &MirrorView,
+    asked: &ViewRequest,
+    outputs: ViewOutputs,
+    before: &mut EarlierResults<'_>,
+) -> Result<(), RenderError> {
+    let ViewOutputs { radiance, gbuffer, .. } = outputs;
+    if let Reflector::Portal(..) = view.of {
+        before.through.insert(asked.name.clone(), radiance);
+    } else if let Some(gbuffer) = gbuffer {
+        let picture = frame::mirror_picture_passes(r, view.is_smooth, radiance, gbuffer.linear_depth)?;
+        before.behind.insert(asked.name.clone(), picture);
+    }
+    Ok(())
 }
 
 /// What is wrong with mirrors of a scene, which are drawn as other surfaces then.

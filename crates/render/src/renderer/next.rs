@@ -1,10 +1,11 @@
 //! What a frame leaves for the next one. The renderer has it only once the frame is submitted.
 
+use super::Renderer;
 use super::captures::CaptureState;
+use super::purpose::Purpose;
 use super::surroundings::SurroundingsState;
-use super::{Purpose, Renderer};
 use crate::ground::GroundMap;
-use crate::request::RenderError;
+use crate::request::{FrameStats, RenderError};
 use crate::shadows::Shadows;
 use manypass_scene::NodeId;
 
@@ -29,12 +30,14 @@ pub(super) struct NextState {
     pub ground: Option<(GroundMap, u64)>,
     /// Environments, by their numbers, whose tiles are drawn.
     pub environments: Vec<usize>,
+    /// The numbers of the frame.
+    pub stats: FrameStats,
 }
 
 impl NextState {
     /// As the renderer has it before a frame.
     pub fn of(renderer: &Renderer, purpose: &Purpose<'_>) -> Self {
-        let is_run = !purpose.is_plan();
+        let is_run = purpose.is_run;
         Self {
             is_run,
             captures: renderer.captures.clone(),
@@ -44,12 +47,14 @@ impl NextState {
             unshadowed: None,
             ground: renderer.ground.drawn,
             environments: Vec::new(),
+            stats: FrameStats::default(),
         }
     }
 
     /// Stores it, after the frame was submitted.
     pub fn commit(self, renderer: &mut Renderer) {
-        let Self { captures, surroundings, shadows, unshadowed, ground, environments, is_run: _ } = self;
+        let Self { captures, surroundings, shadows, unshadowed, ground, environments, stats, is_run: _ } = self;
+        renderer.stats = stats;
         renderer.captures = captures;
         renderer.surroundings = surroundings;
         renderer.shadows.tiles = shadows;

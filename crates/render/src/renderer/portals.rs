@@ -1,6 +1,6 @@
 //! Which ends of portals a view shows.
 
-use super::asked::Asked;
+use super::ask::ViewRequest;
 use super::mirrors::Reflector;
 use crate::passes::portals::ShownPortal;
 use glam::Vec3;
@@ -26,7 +26,7 @@ impl Doors {
     }
 
     /// Those that a view shows; `seen` has what views through them left, by the views' names.
-    pub fn shown(&self, asked: &Asked, seen: &mut BTreeMap<String, Handle>) -> Vec<ShownPortal> {
+    pub fn shown(&self, asked: &ViewRequest, seen: &mut BTreeMap<String, Handle>) -> Vec<ShownPortal> {
         let shown = asked.mirrors.iter().filter_map(|mirror| {
             let Reflector::Portal(index, end) = mirror.of else { return None };
             let corners_world = self.0.get(&(index, end))?.clone();

@@ -1,417 +1,256 @@
-//! From what a frame is asked for to views that can be recorded.
+//! Everything that the views of a frame are recorded from: the scene on the device, draws, lights, shadows, uniforms.
 
-use super::asked::{Asked, ViewPart};
-use super::constants::constants_of;
-use super::ground::{FrameGround, light_in_environment};
-use super::lit::Lit;
-use super::output::{Output, Unsettled, ViewState};
-use super::shadows::{Atlas, contact_uniform, filter_uniform};
-use super::surroundings::{FrameSurroundings, SideView};
-use super::{Purpose, Renderer};
-use crate::aov::AovPasses;
-use crate::decals::DecalDraws;
-use crate::draws::{DrawList, VisibleClouds, WorldDraws};
-use crate::effect;
-use crate::environment::{Environment, EnvironmentUniform};
-use crate::frame::Variables;
-use crate::gpu::Gpu;
-use crate::ground::{GroundLight, ViewGround, keeps_border};
-use crate::lens::SampleView;
-use crate::levels::LevelCount;
-use crate::lights::{ClusterUniform, KeptLists, LightTable, Rectangle};
-use crate::outline::Outline;
+use super::Renderer;
+use super::ask::{FrameViews, ViewRequest};
+use super::ground::FrameGround;
+use super::next::NextState;
+use super::output::{Output, ViewState};
+use super::prepare_view::{SharedInputs, ViewSetup};
+use super::purpose::Purpose;
+use super::shadows::Atlas;
+use super::surroundings::FrameSurroundings;
+use super::visible::{FrameScene, VisibleSet};
+use crate::draws::Deformation;
+use crate::environment::lobe::FACES;
+use crate::overlay::Room;
+use crate::overlay::draw::OverlayDraw;
 use crate::passes::adaptive;
-use crate::passes::taa::TemporalFrame;
-use crate::record::{InstanceTable, PreparedView, ViewTables, Viewed};
-use crate::render_settings::Path;
-use crate::request::FrameStats;
-use crate::resources::environment::EnvironmentTiles;
-use crate::resources::filtering::{Sampling, TextureFiltering};
-use crate::shadows::ViewShadows;
-use crate::view::{self, CameraStep, DepthRange, ViewUniform};
-use bytemuck::Zeroable;
-use glam::Vec2;
+use crate::passes::probe_capture::CapturedProbe;
+use crate::record::PreparedView;
+use crate::request::{FrameStats, RenderError};
+use crate::shadows::FrameShadows;
 use manypass_scene::Scene;
-use std::borrow::Cow;
-use std::sync::Arc;
 
-/// A view that can be recorded.
-pub(super) struct Ready {
-    pub view: PreparedView,
-    /// The view of its variables, where the picture is shaded at another size than its own, or is one of several
-    /// samples: variables are of rays through the middles of the picture's pixels, and textures are filtered for them
-    /// alone.
-    pub variables_view: Option<PreparedView>,
-    pub variables: Variables,
-    /// What effects on the picture read of the same.
-    pub of_effects: Variables,
-    /// The view of effects on a picture that is larger than its frames.
-    pub enlarged_view: Option<PreparedView>,
-    /// What anti-aliasing over time needs, if there is any.
-    pub temporal: Option<TemporalFrame>,
-    /// Whether tiles that are settled are left out once some are.
-    pub is_adaptive: bool,
-    /// The uniform of the picture's own size.
-    pub variables_uniform: ViewUniform,
+/// How many pipelines and textures a renderer has made.
+#[derive(Clone, Copy)]
+pub(super) struct MadeCounts {
+    pub pipelines: u64,
+    pub textures: u64,
 }
 
-/// What the views of one camera are prepared from: that of its picture, those of its variables and of what is enlarged.
-struct ViewInputs<'a> {
-    asked: &'a Asked,
-    world: &'a WorldDraws,
-    draws: Arc<DrawList>,
-    lists: &'a KeptLists,
-    tables: &'a ViewTables,
-    cluster_grid: ClusterUniform,
-    environment: EnvironmentUniform,
-    shadows: Option<(&'a ViewShadows, &'a Atlas)>,
-    ground: Option<ViewGround>,
-    tiles: Option<&'a EnvironmentTiles>,
-    surroundings: Option<&'a FrameSurroundings>,
-    /// How samplers filter for the picture, and for variables.
-    sampling: [Sampling; 2],
-    display_goes_on: bool,
-    is_adaptive: bool,
-    settled: Option<wgpu::TextureView>,
-    unsettled: Option<Unsettled>,
-    outline: Option<(Outline, Rectangle)>,
+/// What is known of a frame as it begins.
+pub(super) struct FrameStart {
+    /// Bytes that its pictures and shadow maps take beyond those that there are.
+    pub output_bytes: u64,
+    pub made: MadeCounts,
 }
 
-impl ViewInputs<'_> {
-    /// A view of this name, shaded at a size with this uniform.
-    fn view(
-        &self,
-        renderer: &Renderer,
-        name: String,
-        (size, uniform): ((u32, u32), ViewUniform),
-        is_of_variables: bool,
-    ) -> PreparedView {
-        let Self { asked, draws, lists, tables, shadows, tiles, surroundings, .. } = self;
-        let request = &asked.request;
-        let settings = &request.settings;
-        let (sample_index, sample_count) = request.sample();
-        let shows_first_surface = settings.aov.first_surface && is_of_variables;
-        let draws_picture = !is_of_variables && !asked.counts_pairs;
-        let is_adaptive = self.is_adaptive && draws_picture;
-        let whole_samples = if is_adaptive { adaptive::whole_samples(sample_count) } else { None };
-        // What is found in the picture is found by the first sample, and for all.
-        let looks = sample_index == 0 && (settings.occlusion.enabled.is_on() || settings.reflections.enabled.is_on());
-        let samples_depth = renderer.gpu.capabilities.samples_attached_depth;
-        let unsettled = self.unsettled.as_ref().filter(|_| draws_picture && self.settled.is_some());
-        let tiles_left = unsettled.filter(|_| size == asked.output_size).map(|unsettled| &*unsettled.tiles);
-        let viewed = Viewed {
-            name: name.into(),
-            size,
-            goes_on: request.goes_on || request.sample_index > 0,
-            effects_go_on: request.goes_on || request.effects_go_on || request.sample_index > 0,
-            display_goes_on: self.display_goes_on,
-            display_exposure: request.display_exposure(),
-            sample_count,
-            pixel_samples: if draws_picture { settings.msaa.samples.count() } else { 1 },
-            uniform,
-            draws: if shows_first_surface { draws.first_surfaces().into() } else { draws.clone() },
-            clouds: VisibleClouds::new(self.world, draws, &uniform, None),
-            clouds_left: tiles_left.map(|tiles| VisibleClouds::new(self.world, draws, &uniform, Some(tiles))),
-            shows_first_surface,
-            sampling: self.sampling[usize::from(is_of_variables)],
-            light_count: lists.table.len(),
-            cluster_grid: &self.cluster_grid,
-            constants: constants_of(
-                (asked, self.world),
-                &lists.table,
-                shadows.map(|(shadows, _)| shadows),
-                (*tiles, *surroundings),
-                lists.decals.parts,
-            ),
-            lit_rectangles: lists.lit_rectangles.clone(),
-            volume_draws: lists.volume_draws.clone(),
-            object_lights: lists.object_lights.clone(),
-            environment: &self.environment,
-            instances: renderer.instances.buffer().clone(),
-            shadows: shadows.map(|(_, atlas)| &atlas.view),
-            ground: self.ground.clone(),
-            whole_samples,
-            reads_attached_depth: samples_depth && whole_samples.is_some() && !looks,
-            settled: self.settled.clone().filter(|_| draws_picture),
-            unsettled: match &self.outline {
-                Some((_, rectangle)) => Some([*rectangle].into()),
-                None => unsettled.map(|unsettled| unsettled.rectangles.clone()),
-            },
-            outline: self.outline.map(|(outline, _)| outline),
-            environment_tiles: surroundings.map(|of| &of.view).or(tiles.map(|tiles| &tiles.view)),
-            decals: renderer.resources.decals.view(),
-            decal_draws: DecalDraws::new(&lists.decals.boxes, &uniform.clip_from_world),
-        };
-        let Renderer { gpu, shaders, tables: of_frame, uniforms, bind_groups, .. } = renderer;
-        viewed.prepare(gpu, shaders, (of_frame, uniforms, bind_groups), tables)
-    }
+/// The scene as a frame draws it, before its views are prepared.
+pub(super) struct PreparedScene<'s> {
+    pub scene: FrameScene<'s>,
+    /// Of each view.
+    pub visible: Vec<VisibleSet>,
+    pub shadows: Option<(FrameShadows, Atlas)>,
+}
+
+/// What the views of a frame are recorded from.
+pub(super) struct PreparedFrame<'s> {
+    pub scene: FrameScene<'s>,
+    pub shadows: Option<(FrameShadows, Atlas)>,
+    pub ground: Option<FrameGround>,
+    pub surroundings: Option<FrameSurroundings>,
+    /// The tiles of the environment that is around them.
+    pub environment: Option<wgpu::TextureView>,
+    /// Of each view.
+    pub setups: Vec<ViewSetup>,
+    /// What views around probes show, in their order.
+    pub captured: Vec<Option<CapturedProbe>>,
+    /// Of each view.
+    pub overlays: Vec<Option<OverlayDraw>>,
+    /// Environments, by their numbers, that are to be drawn.
+    pub unfinished: Vec<usize>,
+    /// What draws what all views share, if anything is.
+    pub shared_view: Option<PreparedView>,
+    pub room: Room,
+    /// What had been made before.
+    pub made: MadeCounts,
 }
 
 impl Renderer {
-    /// How the textures of a frame of the view are filtered. The first frame of a live view is shown before the others
-    /// are there, and filtered like a picture of its own.
-    pub(super) fn filtering(&self, asked: &Asked) -> TextureFiltering {
-        let (sample_index, sample_count) = asked.request.sample();
-        let is_alone = asked.request.goes_on && sample_index == 0;
-        let sample_count = if is_alone { 1 } else { sample_count };
-        // Those before make up for what is too fine.
-        let sample_count = if asked.temporal.is_some() { asked.temporal_samples() } else { sample_count };
-        TextureFiltering::new(sample_count, &self.gpu.capabilities)
-    }
-
-    /// What shaders know of a view that is shaded at a size, moved by so many of its pixels beside what samples are,
-    /// and whose textures are filtered so.
-    pub(super) fn view_uniform(
-        &self,
-        asked: &Asked,
-        (seen, range): (&SampleView, DepthRange),
-        (size, temporal_jitter_px): ((u32, u32), Vec2),
-        filtering: TextureFiltering,
-    ) -> ViewUniform {
-        let Asked { request, output_size, .. } = asked;
-        let (sample_index, sample_count) = request.sample();
-        let jitter = view::jitter_px(sample_index, sample_count) + seen.shift_px(size) + temporal_jitter_px;
-        let pre_exposure = request.pre_exposure();
-        let uniform = seen.camera.uniform_shaded(range, *output_size, size, jitter, pre_exposure, request.sample_index);
-        let uniform = request.clip_plane_world.map_or(uniform, |plane_world| uniform.cut_by(plane_world, range));
-        ViewUniform {
-            mip_gain: filtering.mip_gain,
-            anisotropy: filtering.sampling.anisotropy.into(),
-            glow_exposure: if request.averages_parts() { request.display_exposure() } else { 0.0 },
-            ..uniform
+    /// Begins what is made anew with each frame, if its pictures have room.
+    pub(super) fn begin_frame(
+        &mut self,
+        scene: &Scene,
+        views: &FrameViews,
+        purpose: &Purpose<'_>,
+    ) -> Result<FrameStart, RenderError> {
+        let picture_bytes = missing_output_bytes(views, purpose)?;
+        let output_bytes = picture_bytes + self.missing_shadow_bytes(&views.requests, scene);
+        check_budget(self.memory_budget_bytes, output_bytes)?;
+        // They hold the textures whose place others take. An atlas that grows clears them itself; other textures are
+        // destroyed, and bind groups of theirs are no longer found and go after a few frames.
+        if picture_bytes > 0 {
+            self.drawing.bind_groups.clear();
         }
+        self.drawing.begin_frame();
+        Ok(FrameStart { output_bytes, made: self.made() })
     }
 
-    /// Makes a view ready: uploads what changed of its tables. Adds to the numbers of the frame.
-    pub(super) fn ready(
-        &self,
-        (scene, world, asked): (&Scene, &WorldDraws, &Asked),
-        (state, lit): (&mut ViewState, Lit),
-        (shadows, ground, surroundings): (
-            Option<(&ViewShadows, &Atlas)>,
-            Option<&FrameGround>,
-            Option<&FrameSurroundings>,
-        ),
-        has_previous: bool,
-        stats: &mut FrameStats,
-    ) -> Ready {
-        let Asked { request, size, output_size, .. } = asked;
-        let settings = &request.settings;
-        let Lit { range, seen, lists, made, draws, is_adaptive, .. } = lit;
-        let shadows = shadows.filter(|_| settings.shadows.enabled);
-        let filtering = self.filtering(asked);
-        let filtering_of_variables = TextureFiltering::new(1, &self.gpu.capabilities);
-        let uniform = self.view_uniform(asked, (&seen, range), (*size, asked.temporal_jitter_px()), filtering);
-        let settled = state.settled(request.sample_index).filter(|_| is_adaptive);
-        let effects_go_on = request.goes_on || request.effects_go_on;
-        let display_goes_on = effects_go_on || request.sample_index > 0 && state.was_shown;
-        let ViewState { tables, lists: held, unsettled, .. } = state;
-        add_draws(stats, &draws);
-        let texels = shadows.map(|(shadows, _)| shadows.texels(&lists.table));
-        let texels = texels.as_ref().unwrap_or(&lists.table.texels);
-        stats.uploaded_bytes += tables.write(&self.gpu, texels, made.as_ref());
-        let lists = &*held.insert(lists);
-        let filter = |_| filter_uniform(&settings.shadows, request.sample().0);
-        let cluster_grid = ClusterUniform {
-            shadow_filter: shadows.map_or([0.0; 4], filter),
-            contact: contact_uniform(&settings.shadows, settled.is_some()),
-            ..lists.uniform
+    /// Brings the device up to date with the scene, and finds what each view draws, its lights and their shadows.
+    pub(super) fn prepare_scene<'s>(
+        &mut self,
+        scene: &'s Scene,
+        views: &mut FrameViews,
+        next: &mut NextState,
+        purpose: &Purpose<'_>,
+    ) -> PreparedScene<'s> {
+        let FrameViews { requests, states, captures_left_out } = views;
+        next.stats = stats_of_captures(requests, *captures_left_out);
+        let mut scene = self.frame_scene(scene, requests, &mut next.stats);
+        // What the device refuses from here on is nothing of the scene.
+        self.gpu.begin_frame();
+        let mut visible = Vec::with_capacity(requests.len());
+        for (asked, state) in requests.iter().zip(states) {
+            visible.push(self.visible_set(asked, &mut scene, state, &mut next.stats));
+        }
+        // What fades has instances that only now are known.
+        next.stats.uploaded_bytes += self.instances.write(&self.gpu, &scene.draws.instances);
+        let shadows = self.prepare_shadows(requests, &visible, &scene, next, purpose);
+        PreparedScene { scene, visible, shadows }
+    }
+
+    /// Prepares the views of a frame, and what they share.
+    pub(super) fn prepare_views<'s>(
+        &mut self,
+        prepared: PreparedScene<'s>,
+        views: &mut FrameViews,
+        start: FrameStart,
+        next: &mut NextState,
+        purpose: &Purpose<'_>,
+    ) -> Result<PreparedFrame<'s>, RenderError> {
+        let PreparedScene { scene, visible, shadows } = prepared;
+        let requests = &views.requests;
+        let ground = self.prepare_ground(requests, &visible, &scene, next);
+        let of_surroundings = requests.iter().find(|asked| asked.kind.bounce.is_none());
+        let environment = of_surroundings.and_then(|asked| self.tiles_of(asked)).map(|tiles| tiles.view.clone());
+        let surroundings = of_surroundings
+            .and_then(|asked| self.prepare_surroundings(scene.scene, &asked.request, environment.as_ref(), next));
+        let mut setups = Vec::with_capacity(requests.len());
+        for (at, (asked, of_view)) in requests.iter().zip(views.states.iter_mut().zip(visible)).enumerate() {
+            let shared = SharedInputs {
+                shadows: shadows.as_ref().and_then(|(shadows, atlas)| Some((shadows.views.get(at)?, atlas))),
+                ground: ground.as_ref(),
+                surroundings: surroundings.as_ref(),
+            };
+            setups.push(self.setup(&scene, asked, of_view, &shared, &mut next.stats));
+        }
+        let captured = self.captured_probes(scene.scene, requests, surroundings.as_ref());
+        let mut room = Room { budget_bytes: self.memory_budget_bytes, needed_bytes: start.output_bytes };
+        let overlays = self.prepare_overlays(scene.scene, views, &mut room, next, purpose)?;
+        let environments = self.resources.environments.iter().enumerate();
+        let unfinished: Vec<usize> =
+            environments.filter(|(_, tiles)| tiles.unfinished().is_some()).map(|(at, _)| at).collect();
+        let is_shared = shadows.is_some() || !unfinished.is_empty() || !captured.is_empty();
+        let shared_view = match (views.requests.first(), setups.first(), views.states.first()) {
+            (Some(asked), Some(setup), Some(state)) if is_shared => {
+                Some(self.shared_view(asked, setup, state, &self.shadows.instances))
+            }
+            _ => None,
         };
-        let tiles = self.tiles_of(asked);
-        let mut environment = request.environment_uniform(tiles);
-        let surroundings = surroundings_of(asked, surroundings, tiles);
-        if let Some(surroundings) = &surroundings {
-            surroundings.place(&mut environment, request.pre_exposure());
-        }
-        let inputs = ViewInputs {
-            asked,
-            world,
-            draws,
-            lists,
-            tables,
-            cluster_grid,
-            environment,
+        Ok(PreparedFrame {
+            scene,
             shadows,
-            ground: ground.and_then(|ground| ground_of(asked, ground, &lists.table)),
-            tiles,
-            surroundings: surroundings.as_deref(),
-            sampling: [filtering.sampling, filtering_of_variables.sampling],
-            display_goes_on,
-            is_adaptive,
-            settled,
-            unsettled: unsettled.clone(),
-            outline: asked.outline(&uniform),
-        };
-        let prepare = |name: String, size: (u32, u32), uniform: ViewUniform, is_of_variables: bool| {
-            inputs.view(self, name, (size, uniform), is_of_variables)
-        };
-        let passes = if asked.wants_variables { AovPasses::of(&request.want_aovs) } else { AovPasses::default() };
-        let has_own_view = asked.wants_variables
-            && (size != output_size
-                || settings.aov.first_surface
-                || filtering != filtering_of_variables
-                || asked.temporal.is_some())
-            && settings.render.path == Path::Deferred;
-        let camera_step = if has_previous { camera_step_of(asked, range) } else { None };
-        let of_effects = read_by_effects(asked, camera_step);
-        let in_middle = (*output_size, Vec2::ZERO);
-        let shown = (scene, self.shadows.scene_version);
-        let variables_uniform = self.view_uniform(asked, (&seen, range), in_middle, filtering_of_variables);
-        let enlarged = asked.upscaled_to().map(|_| self.view_uniform(asked, (&seen, range), in_middle, filtering));
-        let of_variables = if asked.name.is_empty() { "aov".into() } else { format!("{}/aov", asked.name) };
-        let temporal = asked.temporal.as_ref();
-        let view = prepare(asked.name.clone(), *size, uniform, false);
-        stats.points += view.point_count();
-        Ready {
-            view,
-            variables_view: has_own_view.then(|| prepare(of_variables, *output_size, variables_uniform, true)),
-            enlarged_view: enlarged.map(|uniform| prepare(asked.name.clone(), *output_size, uniform, false)),
-            variables: Variables { passes, ..of_effects },
-            of_effects,
-            temporal: temporal.map(|temporal| temporal.frame(request, shown, camera_step, asked.upscaled_to())),
-            is_adaptive,
-            variables_uniform,
-        }
+            ground,
+            surroundings,
+            environment,
+            setups,
+            captured,
+            overlays,
+            unfinished,
+            shared_view,
+            room,
+            made: start.made,
+        })
     }
 
-    /// The tiles of a view's environment, if that is a picture or the studio.
-    pub(super) fn tiles_of(&self, asked: &Asked) -> Option<&EnvironmentTiles> {
-        if matches!(asked.request.settings.environment.source, Environment::Studio | Environment::Fill) {
-            return Some(self.tables.studio(&self.gpu));
-        }
-        let map = asked.environment.as_ref()?;
-        self.resources.environment(map)
-    }
-
-    /// What draws what all views share, shadow maps and levels of the environment: of no camera, and with neither
-    /// itself.
-    pub(super) fn shared_view(
+    /// What is drawn over the pictures of a frame.
+    fn prepare_overlays(
         &self,
-        asked: &Asked,
-        ready: &Ready,
-        state: &ViewState,
-        instances: &InstanceTable,
-    ) -> PreparedView {
-        let lists = state.lists.as_ref();
-        Viewed {
-            name: "".into(),
-            size: asked.size,
-            goes_on: false,
-            effects_go_on: false,
-            display_goes_on: false,
-            display_exposure: 1.0,
-            sample_count: 1,
-            pixel_samples: 1,
-            uniform: ViewUniform { sample_index: asked.request.dealing().pattern(), ..ready.view.uniform },
-            draws: Arc::default(),
-            clouds: VisibleClouds::default(),
-            clouds_left: None,
-            shows_first_surface: false,
-            sampling: ready.view.sampling,
-            light_count: 0,
-            constants: asked.request.settings.transparency.masks.constants(),
-            lit_rectangles: Arc::default(),
-            volume_draws: Arc::default(),
-            object_lights: Arc::default(),
-            cluster_grid: &lists.map_or_else(ClusterUniform::zeroed, |lists| lists.uniform),
-            environment: &asked.request.environment_uniform(None),
-            instances: instances.buffer().clone(),
-            shadows: None,
-            ground: None,
-            whole_samples: None,
-            reads_attached_depth: false,
-            settled: None,
-            unsettled: None,
-            outline: None,
-            environment_tiles: None,
-            decals: None,
-            decal_draws: DecalDraws::default(),
+        scene: &Scene,
+        views: &mut FrameViews,
+        room: &mut Room,
+        next: &mut NextState,
+        purpose: &Purpose<'_>,
+    ) -> Result<Vec<Option<OverlayDraw>>, RenderError> {
+        let mut overlays = Vec::with_capacity(views.requests.len());
+        for (asked, state) in views.requests.iter().zip(&mut views.states) {
+            if asked.kind.is_within || !purpose.shows_picture {
+                overlays.push(None);
+                continue;
+            }
+            let overlay = state.overlay.prepare((&self.gpu, &self.resources.textures), scene, &asked.request, *room)?;
+            next.stats.uploaded_bytes += overlay.uploaded_bytes;
+            room.needed_bytes += overlay.texture_bytes;
+            overlays.push(overlay.draw);
         }
-        .prepare(&self.gpu, &self.shaders, (&self.tables, &self.uniforms, &self.bind_groups), &state.tables)
+        Ok(overlays)
     }
-}
 
-/// Adds what a view draws to the numbers of the frame.
-fn add_draws(stats: &mut FrameStats, draws: &DrawList) {
-    stats.draws += (draws.opaque.len() + draws.transmissive.len() + draws.blended.len()) as u32;
-    stats.triangles += draws.triangles;
-    for (at, count) in draws.levels.iter().enumerate() {
-        stats.levels.resize(stats.levels.len().max(at + 1), LevelCount::default());
-        stats.levels[at].primitives += count.primitives;
-        stats.levels[at].triangles += count.triangles;
+    /// How many pipelines and textures were made so far.
+    pub(super) fn made(&self) -> MadeCounts {
+        MadeCounts { pipelines: self.drawing.shaders.made(), textures: self.executor.textures_made() }
     }
-}
 
-/// The pictures around places that a view has as its environment, of those of the frame.
-fn surroundings_of<'f>(
-    asked: &Asked,
-    of_frame: Option<&'f FrameSurroundings>,
-    tiles: Option<&EnvironmentTiles>,
-) -> Option<Cow<'f, FrameSurroundings>> {
-    // Sides that are captured first have the environment's light alone: the texture of the others is being drawn.
-    if matches!(asked.part, ViewPart::Side(SideView { bounce: 0, .. })) {
-        return None;
-    }
-    let of_frame = of_frame.filter(|of_frame| of_frame.have(tiles.map(|tiles| &tiles.view)))?;
-    Some(match asked.part {
-        ViewPart::Probe(_) => Cow::Owned(of_frame.of_probes()),
-        _ => Cow::Borrowed(of_frame),
-    })
-}
-
-/// The plane under the scene as a view shows it.
-fn ground_of(asked: &Asked, ground: &FrameGround, table: &LightTable) -> Option<ViewGround> {
-    let Asked { request, size, .. } = asked;
-    let FrameGround { map, broad_source, texture, .. } = ground;
-    let is_picture = matches!(asked.part, ViewPart::Whole | ViewPart::Monitor(_));
-    let settings = &request.settings;
-    let keeps = is_picture && keeps_border(settings.environment.source, settings.background.source);
-    let picture = keeps.then_some((&request.camera, size.0 as f32 / size.1 as f32));
-    let of_environment = || light_in_environment(broad_source.as_ref(), request);
-    let light = GroundLight::of_table(table).or_else(of_environment);
-    ViewGround::new(settings.ground.mode, (map, texture), light, picture)
-}
-
-/// From where to where the camera of a view moved, if there is a previous frame.
-fn camera_step_of(asked: &Asked, range: DepthRange) -> Option<CameraStep> {
-    let Asked { request, output_size, .. } = asked;
-    let previous = request.previous.as_ref()?;
-    Some(CameraStep { current: request.camera, previous: previous.camera, range, output_size: *output_size })
-}
-
-/// What effects of a view read of its surfaces.
-fn read_by_effects(asked: &Asked, camera_step: Option<CameraStep>) -> Variables {
-    let reads = |texture| effect::is_read(&asked.request.effects, texture);
-    Variables {
-        passes: AovPasses {
-            motion: reads("motion") || asked.temporal.is_some(),
-            ids: reads("ids"),
-            ..Default::default()
-        },
-        camera_step,
-        reads_occlusion: reads("occlusion"),
-    }
-}
-
-/// The textures that a view's picture goes to; none where the frame is metered.
-pub(super) fn output_of<'o>(
-    gpu: &Gpu,
-    asked: &Asked,
-    slot: &'o mut Option<Output>,
-    (purpose, settles): (&Purpose<'_>, bool),
-    has_tint: bool,
-) -> Option<&'o Output> {
-    match purpose {
-        Purpose::Meter(_) | Purpose::Variables => return None,
-        Purpose::Plan | Purpose::Rounds(_) => {
-            *slot = Some(Output::planned(gpu, asked.output_size, asked.means_of, settles));
+    /// Brings the device up to date with the scene, once for all views.
+    fn frame_scene<'s>(&mut self, scene: &'s Scene, asked: &[ViewRequest], stats: &mut FrameStats) -> FrameScene<'s> {
+        if let Some(asked) = asked.first() {
+            self.limit_textures(asked.request.settings.textures.max_px);
         }
-        _ => {
-            Output::of(gpu, slot, asked.output_size, asked.means_of, settles);
+        stats.uploaded_bytes += self.follow(scene);
+        if asked.iter().any(|asked| asked.request.settings.lod.reduces_materials()) {
+            stats.uploaded_bytes += self.resources.reduce_materials(&self.gpu, scene);
         }
+        let mut world = FrameScene::new(scene, &self.resources, std::mem::take(&mut self.world_draws));
+        self.faults.light_count = world.draws.lit.len();
+        let wanting = asked.iter().filter(|asked| asked.request.needs_motion());
+        let previous = wanting.filter_map(|asked| asked.request.previous.as_deref()).next();
+        world.has_previous = previous.is_some_and(|previous| {
+            let texels = previous.append_to(scene, &mut world.draws.deformation);
+            let written = self.resources.write_previous_nodes(&self.gpu, &texels);
+            stats.uploaded_bytes += written.unwrap_or(0);
+            written.is_some()
+        });
+        let Deformation { joint_rows, morph_weights, .. } = &world.draws.deformation;
+        stats.uploaded_bytes += self.resources.write_deformation(&self.gpu, joint_rows, morph_weights);
+        world
     }
-    if let Some(output) = slot.as_mut().filter(|_| has_tint) {
-        output.with_tint(gpu);
+}
+
+/// The numbers of a frame before anything is drawn: how many of its views are pictures within others.
+fn stats_of_captures(requests: &[ViewRequest], captures_left_out: u32) -> FrameStats {
+    let captures = requests.iter().filter(|asked| asked.kind.is_capture).count() as u32;
+    let probe_views = requests.iter().filter(|asked| asked.kind.is_around).count();
+    let probes_captured = (probe_views / FACES.len()) as u32;
+    FrameStats { captures, captures_left_out, probes_captured, ..FrameStats::default() }
+}
+
+/// Bytes of the textures that the pictures of a frame take beyond those that its views have.
+///
+/// # Errors
+/// A sample has nothing to be added to.
+fn missing_output_bytes(views: &FrameViews, purpose: &Purpose<'_>) -> Result<u64, RenderError> {
+    let FrameViews { requests, states, .. } = views;
+    if purpose.is_picture && !requests.iter().zip(states).all(|(asked, state)| asked.finds_means(state)) {
+        return Err(RenderError::Missing(
+            "there is no mean for this sample to be added to: all samples of a picture have one size, one \
+             `sample_count` and one `averaging`",
+        ));
     }
-    slot.as_ref()
+    if !purpose.is_run || !purpose.draws_picture {
+        return Ok(0);
+    }
+    let missing_bytes = |(asked, state): (&ViewRequest, &ViewState)| {
+        let settles = asked.request.is_adaptive() && asked.adaptive_step() != adaptive::Step::None;
+        Output::missing_bytes(state.output.as_ref(), asked.output_size, asked.means_of, settles)
+    };
+    let pictures = requests.iter().zip(states).filter(|(asked, _)| asked.has_output());
+    Ok(pictures.map(missing_bytes).sum())
+}
+
+/// Fails if a frame may not allocate `needed_bytes`.
+pub(super) fn check_budget(budget_bytes: Option<u64>, needed_bytes: u64) -> Result<(), RenderError> {
+    match budget_bytes {
+        Some(budget_bytes) if needed_bytes > budget_bytes => Err(RenderError::Memory { needed_bytes, budget_bytes }),
+        _ => Ok(()),
+    }
 }

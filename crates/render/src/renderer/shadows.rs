@@ -1,15 +1,15 @@
 //! The shadows of a frame: the atlas on the device, and which of its tiles are drawn.
 
-use super::Purpose;
 use super::Renderer;
-use super::asked::{Asked, ViewPart};
-use super::lit::{Lit, World};
+use super::ask::ViewRequest;
 use super::next::NextState;
+use super::purpose::Purpose;
+use super::visible::{FrameScene, VisibleSet};
 use crate::draws::WorldDraws;
 use crate::gpu::{Gpu, destroy};
 use crate::lights::LightTable;
 use crate::record::{InstanceTable, depth_texture};
-use crate::request::{FrameRequest, FrameStats};
+use crate::request::FrameRequest;
 use crate::shadows::{AROUND_DIRECTIONAL_PX, FrameShadows, ShadowFilter, ShadowSettings, Shadows, Viewer};
 use crate::transparency::Masks;
 use manypass_graph::TextureDesc;
@@ -66,7 +66,7 @@ impl ShadowState {
 
     /// Another number whenever what casts shadows may be another: with the scene, and with the masks and the relief of
     /// the first view, whose constants the views that draw maps have.
-    pub fn version(&self, asked: &[Asked]) -> u64 {
+    pub fn version(&self, asked: &[ViewRequest]) -> u64 {
         let settings = asked.first().map(|asked| &asked.request.settings);
         let masks = settings.map(|settings| settings.transparency.masks);
         let relief = settings.map(|settings| (settings.relief.steps_min, settings.relief.steps_max));
@@ -78,7 +78,7 @@ impl ShadowState {
 
 /// The settings of the shadows of a frame, and the largest side of their atlas: those of the first of its views that
 /// has some. None if no light casts any.
-fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a ShadowSettings, u32)> {
+fn settings_of<'a>(asked: &'a [ViewRequest], scene: &Scene, limit: u32) -> Option<(&'a ShadowSettings, u32)> {
     let casts = |light: &usize| scene.lights.get(*light).is_some_and(|light| light.casts_shadows);
     let of_environment = usize::from(asked.iter().any(|asked| asked.environment_light.is_some()));
     let lights = scene.nodes.iter().filter_map(|node| node.light).filter(casts).count() + of_environment;
@@ -86,9 +86,8 @@ fn settings_of<'a>(asked: &'a [Asked], scene: &Scene, limit: u32) -> Option<(&'a
         return None;
     }
     let settings = asked.iter().map(|asked| &asked.request.settings.shadows).find(|settings| settings.enabled)?;
-    let of_view = |asked: &Asked| match asked.part {
-        ViewPart::Probe(_) => AROUND_DIRECTIONAL_PX,
-        _ => asked.size.0.max(asked.size.1),
+    let of_view = |asked: &ViewRequest| {
+        if asked.kind.is_around { AROUND_DIRECTIONAL_PX } else { asked.size.0.max(asked.size.1) }
     };
     let longest_px = asked.iter().map(of_view).max()?;
     Some((settings, Shadows::side_allowed(settings, limit, longest_px, lights)))
@@ -127,7 +126,7 @@ pub(super) fn contact_uniform(settings: &ShadowSettings, leaves_out: bool) -> [f
 
 impl Renderer {
     /// Bytes that the atlas may take beyond what it does, in this frame or a later one.
-    pub(super) fn missing_shadow_bytes(&self, asked: &[Asked], scene: &Scene) -> u64 {
+    pub(super) fn missing_shadow_bytes(&self, asked: &[ViewRequest], scene: &Scene) -> u64 {
         let settings = settings_of(asked, scene, self.gpu.capabilities.max_texture_size);
         let known = self.shadows.atlas.as_ref().map_or(0, |atlas| Atlas::desc(atlas.side).bytes());
         settings.map_or(0, |(_, side_max)| Atlas::desc(side_max).bytes().saturating_sub(known))
@@ -139,31 +138,29 @@ impl Renderer {
             destroy(&former.view);
         }
         self.shadows.tiles = Shadows::default();
-        // They hold the former one.
-        self.bind_groups.clear();
-        self.bundles.clear();
+        self.drawing.clear();
         self.shadows.atlas.insert(Atlas::new(&self.gpu, side)).clone()
     }
 
     /// The shadows of the views of a frame, of which some have any; and the atlas that holds them.
     pub(super) fn prepare_shadows(
         &mut self,
-        asked: &[Asked],
-        lit: &[Lit],
-        world: &World<'_>,
-        (stats, next): (&mut FrameStats, &mut NextState),
+        asked: &[ViewRequest],
+        lit: &[VisibleSet],
+        world: &FrameScene<'_>,
+        next: &mut NextState,
         purpose: &Purpose<'_>,
     ) -> Option<(FrameShadows, Atlas)> {
         let (settings, side_max) = settings_of(asked, world.scene, self.gpu.capabilities.max_texture_size)?;
-        let of_view = |(asked, lit): (&'_ Asked, &'_ Lit)| {
-            let is_drawn = asked.request.settings.shadows.enabled && !asked.part.is_fisheye();
+        let of_view = |(asked, lit): (&'_ ViewRequest, &'_ VisibleSet)| {
+            let is_drawn = asked.request.settings.shadows.enabled && asked.kind.draws_surfaces;
             is_drawn.then_some((
                 asked.name.clone(),
                 asked.request.camera,
                 asked.size,
                 (lit.range, lit.seen.beyond),
                 asked.request.settings.fog.scatters(),
-                matches!(asked.part, ViewPart::Probe(_)),
+                asked.kind.is_around,
                 lit.lists.table.clone(),
             ))
         };
@@ -183,7 +180,7 @@ impl Renderer {
         let dealing = asked.first().map(|asked| asked.request.dealing())?;
         let tiles = &mut next.shadows;
         tiles.allow(side_max);
-        if matches!(purpose, Purpose::Pictures(_)) {
+        if purpose.reads_passes {
             // Whoever wants the pictures of all passes wants those of shadow maps, too.
             tiles.redraw();
         }
@@ -194,9 +191,10 @@ impl Renderer {
         let side = tiles.atlas_side();
         let atlas = match self.shadows.atlas.clone().filter(|atlas| atlas.side == side) {
             Some(atlas) => atlas,
-            None if !next.is_run => Atlas { side, view: self.tables.no_shadows.clone() },
+            None if !next.is_run => Atlas { side, view: self.drawing.tables.no_shadows.clone() },
             None => self.create_atlas(side),
         };
+        let stats = &mut next.stats;
         stats.lights_starved = frame.starved.len() as u32;
         stats.lights_beyond_atlas = frame.beyond.len() as u32;
         let named = |lights: &[Option<NodeId>]| lights.iter().copied().flatten().collect();

@@ -25,7 +25,7 @@ pub struct Pipelines {
 impl Renderer {
     /// The programs and pipelines of the renderer, for others on its device.
     pub fn pipelines(&self) -> Pipelines {
-        Pipelines { shaders: self.shaders.clone(), of_surfaces: self.surface_pipelines.clone() }
+        Pipelines { shaders: self.drawing.shaders.clone(), of_surfaces: self.drawing.surface_pipelines.clone() }
     }
 
     /// A renderer that makes no program and no pipeline which is among `pipelines`, those of `gpu`.
@@ -34,8 +34,8 @@ impl Renderer {
     /// As [`Renderer::new`].
     pub fn with_pipelines(gpu: Gpu, pipelines: &Pipelines) -> Result<Self, RenderError> {
         let mut renderer = Self::new(gpu)?;
-        renderer.shaders = pipelines.shaders.clone();
-        renderer.surface_pipelines = pipelines.of_surfaces.clone();
+        renderer.drawing.shaders = pipelines.shaders.clone();
+        renderer.drawing.surface_pipelines = pipelines.of_surfaces.clone();
         Ok(renderer)
     }
 }

@@ -2,11 +2,11 @@
 //! the texels of probes beside those of the environment.
 
 use super::Renderer;
-use super::asked::ViewPart;
 use super::captures::{Part, settings_of};
 use super::live_probes::ProbeLighting;
 use super::next::NextState;
 use super::probes::{PlacedProbes, ProbeTexels};
+use super::view_kind::{CapturedLight, Drawing, ViewKind};
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
 use crate::environment::{Background, EnvironmentUniform};
 use crate::frame;
@@ -41,6 +41,18 @@ pub(super) struct SideView {
     pub index: usize,
     /// Which face of a cube map.
     pub face: usize,
+}
+
+/// A side of a reflection probe. What lies behind everything is what surfaces get light of.
+fn kind_of(side: SideView) -> ViewKind {
+    ViewKind {
+        is_capture: true,
+        constants: &[("shows_light", 1)],
+        // Those that are captured first have the environment's light alone: the texture of the others is being drawn.
+        captured_light: if side.bounce == 0 { CapturedLight::None } else { CapturedLight::All },
+        bounce: Some(side.bounce),
+        ..ViewKind::within(Drawing::Side(side))
+    }
 }
 
 /// What the renderer keeps of surroundings.
@@ -263,7 +275,7 @@ impl Renderer {
                     let side = SideView { bounce, index: *index, face };
                     let of_place = (of.layers, of.quality.as_deref());
                     let asked = side_request((of.position_world, face), of_place, FACE_SIDE, request)?;
-                    parts.push(Part::new(name, asked, ViewPart::Side(side)));
+                    parts.push(Part::new(name, asked, kind_of(side)));
                 }
             }
         }
@@ -343,7 +355,7 @@ impl Renderer {
         // Nobody looks at that of a plan.
         let view = match &state.texture {
             Some(tiles) if is_known || is_run => tiles.view.clone(),
-            _ => self.tables.no_environment.clone(),
+            _ => self.drawing.tables.no_environment.clone(),
         };
         Some(FrameSurroundings {
             view,

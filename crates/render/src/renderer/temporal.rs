@@ -1,7 +1,7 @@
 //! What views that are anti-aliased over time know of their last frame.
 
 use super::Renderer;
-use super::asked::Asked;
+use super::ask::ViewRequest;
 use super::output::ViewState;
 use crate::passes::taa::{FramesBefore, TemporalFrame};
 use crate::passes::upscale::UpscaleMethod;
@@ -60,14 +60,14 @@ impl Shown {
 
 /// What a view is asked for that is anti-aliased over time.
 #[derive(Clone, Debug)]
-pub(super) struct TemporalAsked {
+pub(super) struct TemporalRequest {
     /// Which frame it is since the beginning.
     index: u32,
     pose: Arc<Pose>,
     last: Option<LastFrame>,
 }
 
-impl TemporalAsked {
+impl TemporalRequest {
     /// For a frame of `request`, if it is anti-aliased over time, after the last frame that `state` knows; motion is
     /// then since that.
     pub fn new(request: &mut FrameRequest, state: &ViewState, scene: &Scene) -> Option<Self> {
@@ -113,7 +113,7 @@ impl TemporalAsked {
     }
 }
 
-impl Asked {
+impl ViewRequest {
     /// The picture's size, if frames that follow each other bring it to that from the smaller one at which they are
     /// shaded.
     pub(super) fn upscaled_to(&self) -> Option<(u32, u32)> {
@@ -124,22 +124,22 @@ impl Asked {
 
     /// By how much the frame is moved for the sake of frames before and after it, in pixels.
     pub(super) fn temporal_jitter_px(&self) -> Vec2 {
-        self.temporal.as_ref().map_or(self.viewer_jitter_px, TemporalAsked::jitter_px)
+        self.temporal.as_ref().map_or(self.viewer_jitter_px, TemporalRequest::jitter_px)
     }
 }
 
 /// Moves the views behind mirrors as those that show them, of which they are parts.
-pub(super) fn move_mirrors(asked: &mut [Asked]) {
+pub(super) fn move_mirrors(asked: &mut [ViewRequest]) {
     // Those that show others come after them.
     for viewer in (0..asked.len()).rev() {
-        let Some(Asked { size, mirrors, .. }) = asked.get(viewer) else { continue };
+        let Some(ViewRequest { size, mirrors, .. }) = asked.get(viewer) else { continue };
         let (size, jitter_px) = (*size, asked[viewer].temporal_jitter_px());
         let names: Vec<String> = mirrors.iter().map(|mirror| mirror.view.clone()).collect();
         for behind in asked.iter_mut().filter(|behind| names.contains(&behind.name)) {
             let larger =
                 Vec2::new(behind.size.0 as f32, behind.size.1 as f32) / Vec2::new(size.0 as f32, size.1 as f32);
             // What is drawn beyond the viewer's picture makes no pixel larger.
-            behind.viewer_jitter_px = jitter_px * larger / behind.margin();
+            behind.viewer_jitter_px = jitter_px * larger / behind.kind.margin;
         }
     }
 }

@@ -1,6 +1,7 @@
 //! Variables beside the picture: drawn when somebody asks for them, with nothing else of the frame.
 
-use super::{Purpose, Renderer};
+use super::Renderer;
+use super::purpose::Purpose;
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, RenderError};
 use manypass_scene::Scene;
@@ -21,7 +22,15 @@ impl Renderer {
         });
         request.sample_index = 0;
         request.effects.clear();
-        self.run(scene, &[("", &request)], &mut Purpose::Variables).await.map(drop)
+        let purpose = Purpose {
+            draws_captures: false,
+            draws_picture: false,
+            shows_picture: false,
+            keeps_variables: true,
+            draws_variables_alone: true,
+            ..Purpose::BESIDE
+        };
+        self.run(scene, &[("", &request)], &purpose).await.map(drop)
     }
 
     /// As [`Self::draw_variables_async`], waiting.

@@ -1,7 +1,7 @@
 //! Which views the renderer keeps from frame to frame, and when it forgets them.
 
 use super::Renderer;
-use super::asked::Asked;
+use super::ask::ViewRequest;
 use super::output::{Output, ViewState};
 use crate::aov::AovTextures;
 use manypass_scene::Scene;
@@ -38,7 +38,7 @@ impl Renderer {
     /// After a frame: if the scene has other monitors, mirrors and the like than that of the frame before, forgets the
     /// views within pictures that the frame did not draw. As long as it has the same, those are kept that are out of
     /// sight, or wait for their turn.
-    pub(super) fn forget_gone_views(&mut self, scene: &Scene, asked: &[Asked]) {
+    pub(super) fn forget_gone_views(&mut self, scene: &Scene, asked: &[ViewRequest]) {
         if captured(scene).eq(self.captured.iter().map(|(kind, name)| (*kind, name.as_str()))) {
             return;
         }
@@ -57,7 +57,7 @@ impl Renderer {
         };
         self.executor.forget_histories(|history| view_of(history).is_some_and(|name| gone.contains_key(name)));
         // They hold textures of those views.
-        self.bind_groups.forget_unused();
+        self.drawing.bind_groups.forget_unused();
         let variables = gone.values().filter_map(|view| view.aovs.as_ref());
         self.executor.destroy_released(variables.flat_map(AovTextures::all));
         gone.into_values().filter_map(|view| view.output).for_each(Output::destroy);

@@ -1,8 +1,8 @@
 //! Which surfaces of water a view shows.
 
-use super::asked::Asked;
+use super::ask::ViewRequest;
 use super::mirrors::Reflector;
-use super::prepare::Ready;
+use super::prepare_view::ViewSetup;
 use crate::mirror_picture::MirrorPicture;
 use crate::outline::is_seen;
 use crate::passes::water::ShownWater;
@@ -37,7 +37,7 @@ impl Surfaces {
     pub fn shown(
         &self,
         (scene, textures): (&Scene, &Textures),
-        (asked, ready): (&Asked, &Ready),
+        (asked, ready): (&ViewRequest, &ViewSetup),
         behind: &mut BTreeMap<String, MirrorPicture>,
     ) -> Vec<ShownWater> {
         let uniform = &ready.view.uniform;

@@ -1,7 +1,7 @@
 //! What views draw, and which lights reach it.
 
 use super::Renderer;
-use super::asked::{Asked, ViewPart};
+use super::ask::ViewRequest;
 use super::output::ViewState;
 use crate::constants::{DECAL_EMISSION, SHARP_ROUGHNESS};
 use crate::decals::{DecalTable, SharedDecals, find_touched};
@@ -20,17 +20,19 @@ use glam::Vec4;
 use manypass_scene::Scene;
 use std::sync::Arc;
 
-/// What all views of a frame are prepared from.
-pub(super) struct World<'s> {
+/// The scene as a frame draws it: what all of its views are prepared from.
+pub(super) struct FrameScene<'s> {
     pub scene: &'s Scene,
     pub draws: WorldDraws,
+    /// Whether the device knows where everything was before.
+    pub has_previous: bool,
     /// Those that are shown.
     decals: SharedDecals,
     /// Most views share one.
     tables: Vec<(TableOf, Arc<LightTable>)>,
 }
 
-impl<'s> World<'s> {
+impl<'s> FrameScene<'s> {
     /// Of `scene`, from what the last frame drew.
     pub fn new(scene: &'s Scene, resources: &SceneResources, mut draws: WorldDraws) -> Self {
         draws.update(scene, resources);
@@ -40,7 +42,7 @@ impl<'s> World<'s> {
         if table != *draws.decals.0 {
             draws.decals = SharedDecals(Arc::new(table));
         }
-        Self { scene, decals: draws.decals.clone(), draws, tables: Vec::new() }
+        Self { scene, has_previous: false, decals: draws.decals.clone(), draws, tables: Vec::new() }
     }
 
     /// The table of lights; that which the view has from its last frame if it is still right.
@@ -56,8 +58,8 @@ impl<'s> World<'s> {
     }
 }
 
-/// A view whose lights are known.
-pub(super) struct Lit {
+/// What a view draws, and the lights that reach it.
+pub(super) struct VisibleSet {
     pub range: DepthRange,
     /// From where its sample sees it.
     pub seen: SampleView,
@@ -73,65 +75,64 @@ pub(super) struct Lit {
 
 impl Renderer {
     /// Finds what a view draws, its lights, and their lists. Its state has none until its tables hold them.
-    pub(super) fn light(
+    pub(super) fn visible_set(
         &self,
-        asked: &Asked,
-        world: &mut World<'_>,
+        asked: &ViewRequest,
+        world: &mut FrameScene<'_>,
         state: &mut ViewState,
         stats: &mut FrameStats,
-    ) -> Lit {
+    ) -> VisibleSet {
         let range = asked.request.camera.depth_range(&world.draws.bounds_world);
-        let Asked { request, size, output_size, .. } = asked;
+        let ViewRequest { request, size, output_size, .. } = asked;
         let aspect = output_size.0 as f32 / output_size.1 as f32;
         let seen = SampleView::of(request, aspect, &world.draws.bounds_world);
-        let (shift_ndc, beyond) = asked.part.shear();
+        let (shift_ndc, beyond) = asked.kind.shear;
         let seen = seen.sheared(shift_ndc, beyond);
         let (lists, made) = self.lists_of(asked, (&seen, range), world, state.lists.take(), stats);
         let chooser = Chooser::new(&request.camera, *output_size, &request.settings.lod, &world.draws.groups);
         let jitter_px = asked.temporal_jitter_px();
         let uniform = self.view_uniform(asked, (&seen, range), (*size, jitter_px), self.filtering(asked));
-        let draws = match asked.part {
-            ViewPart::Fisheye(_) => Arc::default(),
-            _ => {
-                let uniform = match asked.outline(&uniform) {
-                    Some((_, rectangle)) => uniform.cropped(rectangle),
-                    None => uniform,
-                };
-                let mut list = DrawList::new(&mut world.draws, &uniform, request.layers, &chooser);
-                if let ViewPart::Probe(_) = asked.part {
-                    list.show_backs();
-                }
-                if !world.decals.0.boxes.is_empty() {
-                    find_touched(&mut list, &world.draws, &world.decals.0.boxes);
-                }
-                Arc::new(list)
+        let draws = if asked.kind.draws_surfaces {
+            let uniform = match asked.outline(&uniform) {
+                Some((_, rectangle)) => uniform.cropped(rectangle),
+                None => uniform,
+            };
+            let mut list = DrawList::new(&mut world.draws, &uniform, request.layers, &chooser);
+            if asked.kind.shows_backs {
+                list.show_backs();
             }
+            if !world.decals.0.boxes.is_empty() {
+                find_touched(&mut list, &world.draws, &world.decals.0.boxes);
+            }
+            Arc::new(list)
+        } else {
+            Arc::default()
         };
         // What is settled is no picture to look through.
         let looks_through = world.draws.has_transmissive || !world.scene.water.is_empty();
         let is_adaptive = request.is_adaptive() && !looks_through;
-        Lit { range, seen, chooser, draws, is_adaptive, lists, made }
+        VisibleSet { range, seen, chooser, draws, is_adaptive, lists, made }
     }
 
     /// The lists of lights of a view: those that it has from its last frame if they are still right; else new ones,
     /// which are given, too.
     fn lists_of(
         &self,
-        asked: &Asked,
+        asked: &ViewRequest,
         (seen, range): (&SampleView, DepthRange),
-        world: &mut World<'_>,
+        world: &mut FrameScene<'_>,
         kept: Option<KeptLists>,
         stats: &mut FrameStats,
     ) -> (KeptLists, Option<(ClusterLists, LightReaches)>) {
         let started = web_time::Instant::now();
-        let Asked { request, size, output_size, .. } = asked;
+        let ViewRequest { request, size, output_size, .. } = asked;
         let settings = &request.settings;
         let culling = settings.lights.culling;
         let has_volumes = matches!(culling, LightCulling::Volumes | LightCulling::VolumesStencil);
         let has_objects = matches!(settings.render.path, Path::ForwardBatched | Path::Gouraud);
         let has_blended = world.draws.opaque_count < world.draws.items.len();
         let has_water = !world.scene.water.is_empty();
-        let is_drawn = !asked.part.is_fisheye();
+        let is_drawn = asked.kind.draws_surfaces;
         let reads_lists = has_water
             || match settings.render.path {
                 Path::Deferred => !has_volumes || has_blended || world.draws.is_shaded_where_drawn,

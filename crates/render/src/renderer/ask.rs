@@ -1,14 +1,13 @@
 //! What a frame is asked for of each view, checked.
 
-use super::Purpose;
-use super::captures::{MonitorView, Part};
-use super::live_probes::ProbeSide;
-use super::mirrors::{MirrorSeen, MirrorView, ROUGH_MARGIN};
+use super::Renderer;
+use super::captures::{Captures, Part};
+use super::mirrors::MirrorLink;
 use super::output::{MeansOf, ViewState};
-use super::surroundings::SideView;
-use super::temporal::TemporalAsked;
+use super::purpose::Purpose;
+use super::temporal::{TemporalRequest, move_mirrors};
+use super::view_kind::ViewKind;
 use crate::environment::{Environment, studio};
-use crate::fisheye::{Face, FisheyeFaces};
 use crate::gpu::Capabilities;
 use crate::lens::SampleView;
 use crate::lights::Rectangle;
@@ -17,14 +16,14 @@ use crate::passes::adaptive;
 use crate::request::{FrameRequest, RenderError};
 use crate::view::{DepthRange, ViewUniform};
 use glam::{Vec2, Vec4};
-use manypass_scene::{EnvironmentLight, EnvironmentMap};
+use manypass_scene::{EnvironmentLight, EnvironmentMap, Scene};
 use std::sync::Arc;
 
 /// For how many samples textures are filtered where frames before add theirs.
 const TEMPORAL_SAMPLES: u32 = 4;
 
 /// One view of the frame, as it was asked for.
-pub(super) struct Asked {
+pub(super) struct ViewRequest {
     pub name: String,
     pub request: FrameRequest,
     /// The picture of its environment, if that is one.
@@ -39,70 +38,21 @@ pub(super) struct Asked {
     pub wants_variables: bool,
     /// Whether pairs of light and what it may reach are counted in place of light.
     pub counts_pairs: bool,
-    /// What of a picture it is.
-    pub part: ViewPart,
+    pub kind: ViewKind,
     /// The mirrors that it shows.
-    pub mirrors: Vec<MirrorSeen>,
+    pub mirrors: Vec<MirrorLink>,
     /// In how many other pictures the monitor is seen for whose sake it is drawn.
     pub level: Option<u32>,
     /// What is known of the frames before, if it is anti-aliased by them.
-    pub temporal: Option<TemporalAsked>,
+    pub temporal: Option<TemporalRequest>,
     /// By how many of its pixels a view behind a mirror is moved with the view that shows it, for the sake of the latter's
     /// other frames.
     pub viewer_jitter_px: Vec2,
 }
 
-/// What of a picture a view is.
-#[derive(Clone, Debug)]
-pub(super) enum ViewPart {
-    /// All of it.
-    Whole,
-    /// A view that the picture is put together from, which follows it.
-    Face(Face),
-    /// A picture that is put together from the views before it: it draws no surfaces itself.
-    Fisheye(FisheyeFaces),
-    /// What a monitor's camera sees, which views after it show.
-    Monitor(MonitorView),
-    /// What is behind a mirror, which the view after it shows.
-    Mirror(MirrorView),
-    /// A side of the pictures around a place, which views after it have as their environment.
-    Side(SideView),
-    /// A side of what is around a probe, which views after it have the light of.
-    Probe(ProbeSide),
-}
-
-impl ViewPart {
-    /// Whether it is within a picture, over which nothing is laid.
-    pub fn is_within(&self) -> bool {
-        matches!(self, Self::Face(_) | Self::Monitor(_) | Self::Mirror(_) | Self::Side(_) | Self::Probe(_))
-    }
-
-    /// Whether it is a picture of a fisheye, or a side of one, whose frustum is sheared; or what is behind a mirror in that.
-    pub fn is_of_fisheye(&self) -> bool {
-        match self {
-            Self::Face(_) | Self::Fisheye(_) => true,
-            Self::Mirror(view) => view.shear != (Vec2::ZERO, 0.0),
-            Self::Whole | Self::Monitor(_) | Self::Side(_) | Self::Probe(_) => false,
-        }
-    }
-
-    /// By how much its picture is moved, and how far it then reaches beyond its frustum, in metres a metre.
-    pub fn shear(&self) -> (Vec2, f32) {
-        match self {
-            Self::Face(face) => (face.shift_ndc(), face.beyond()),
-            Self::Mirror(view) => view.shear,
-            Self::Whole | Self::Fisheye(_) | Self::Monitor(_) | Self::Side(_) | Self::Probe(_) => (Vec2::ZERO, 0.0),
-        }
-    }
-
-    pub fn is_fisheye(&self) -> bool {
-        matches!(self, Self::Fisheye(_))
-    }
-}
-
-impl Asked {
+impl ViewRequest {
     pub fn new(
-        Part { name, request, part, mirrors, level }: Part,
+        Part { name, request, kind, mirrors, level }: Part,
         environment: Option<Arc<EnvironmentMap>>,
         purpose: &Purpose<'_>,
         capabilities: &Capabilities,
@@ -112,15 +62,15 @@ impl Asked {
         {
             return Err(RenderError::ParallelLens);
         }
-        if part.is_fisheye() && request.camera.is_orthographic() {
+        if !kind.draws_surfaces && request.camera.is_orthographic() {
             return Err(RenderError::Fisheye("needs a camera with perspective, and this one has parallel rays"));
         }
-        if part.is_fisheye() && (!request.want_aovs.is_empty() || matches!(purpose, Purpose::Variables)) {
+        if !kind.draws_surfaces && (!request.want_aovs.is_empty() || purpose.draws_variables_alone) {
             return Err(RenderError::Fisheye("has no variables (AOVs)"));
         }
         let limit = capabilities.max_texture_size;
         // The views are shaded at that scale.
-        let scale = if part.is_fisheye() { 1.0 } else { request.settings.render.scale };
+        let scale = if !kind.draws_surfaces { 1.0 } else { request.settings.render.scale };
         let shaded = |side: u32| ((side as f32 * scale).round() as u32).max(1);
         let (width, height) = (request.width, request.height);
         let size = (shaded(width), shaded(height));
@@ -143,15 +93,10 @@ impl Asked {
             environment,
             size,
             output_size: (width, height),
-            means_of: match part {
-                ViewPart::Face(_) | ViewPart::Mirror(_) | ViewPart::Side(_) | ViewPart::Probe(_) => MeansOf::Nothing,
-                // Those of a live view are not drawn in all of its frames.
-                ViewPart::Monitor(_) if request.goes_on || request.sample_count <= 1 => MeansOf::Nothing,
-                ViewPart::Whole | ViewPart::Fisheye(_) | ViewPart::Monitor(_) => MeansOf::request(&request),
-            },
+            means_of: if kind.has_means { MeansOf::request(&request) } else { MeansOf::Nothing },
             wants_variables: request.sample_index == 0 && !request.want_aovs.is_empty(),
-            counts_pairs: matches!(purpose, Purpose::Pairs(_)),
-            part,
+            counts_pairs: purpose.counts_pairs,
+            kind,
             temporal: None,
             viewer_jitter_px: Vec2::ZERO,
             request,
@@ -185,26 +130,16 @@ impl Asked {
         if self.request.sample_index == 0 { 1 } else { state.latest_sum }
     }
 
-    /// The outline that it draws within, and the rectangle around it, if it is behind a mirror whose pixels show one
-    /// direction each: others show what is beside.
+    /// The outline that it draws within, and the rectangle around it, if nothing is shown of it beside that.
     pub fn outline(&self, uniform: &ViewUniform) -> Option<(Outline, Rectangle)> {
-        let ViewPart::Mirror(MirrorView { is_smooth: true, corners_world, .. }) = self.part else { return None };
-        let of_view = (uniform, corners_world, self.size);
-        Some((Outline::new(of_view.0, of_view.1, of_view.2), rectangle_of(of_view.0, of_view.1, of_view.2)))
-    }
-
-    /// How many times as wide what it draws is as what the view shows that it is drawn for.
-    pub fn margin(&self) -> f32 {
-        if let ViewPart::Mirror(MirrorView { is_smooth: false, .. }) = self.part {
-            1.0 + 2.0 * ROUGH_MARGIN
-        } else {
-            1.0
-        }
+        let corners_world = self.kind.outline_world?;
+        let outline = Outline::new(uniform, corners_world, self.size);
+        Some((outline, rectangle_of(uniform, corners_world, self.size)))
     }
 
     /// Whether it has textures that samples are added to, or shown in.
     pub fn has_output(&self) -> bool {
-        !self.part.is_within() || self.means_of.go_on()
+        !self.kind.is_within || self.means_of.go_on()
     }
 
     /// Whether a sample that adds to those before it finds what they left.
@@ -214,5 +149,83 @@ impl Asked {
             || !self.has_output()
             || self.means_of == state.means_of
                 && state.output.as_ref().is_some_and(|output| output.is_of(self.output_size))
+    }
+}
+
+/// The views of a frame, innermost first, each with what it keeps from its last frame.
+pub(super) struct FrameViews {
+    pub requests: Vec<ViewRequest>,
+    pub states: Vec<ViewState>,
+    /// How many views within pictures are left out.
+    pub captures_left_out: u32,
+}
+
+impl Renderer {
+    /// Checks what a frame is asked for of its views, and takes what they keep. [`Self::keep_views`] puts that back.
+    pub(super) fn ask(
+        &mut self,
+        scene: &Scene,
+        captures: Captures,
+        purpose: &Purpose<'_>,
+    ) -> Result<FrameViews, RenderError> {
+        let Captures { parts, left_out: captures_left_out } = captures;
+        let mut requests: Vec<ViewRequest> =
+            parts.into_iter().map(|part| self.ask_part(scene, part, purpose)).collect::<Result<_, _>>()?;
+        let is_twice =
+            |(at, view): &(usize, &ViewRequest)| requests.iter().skip(at + 1).any(|other| other.name == view.name);
+        if let Some((_, view)) = requests.iter().enumerate().find(is_twice) {
+            return Err(RenderError::ViewTwice(view.name.clone()));
+        }
+        let begins = |asked: &&ViewRequest| purpose.keeps_variables && asked.request.sample_index == 0;
+        let begun: Vec<&str> = requests.iter().filter(begins).map(|asked| asked.name.as_str()).collect();
+        self.forget_variables_of(|name| begun.contains(&name));
+        // A plan leaves no trace in what the views keep.
+        let mut take_state = |asked: &ViewRequest| {
+            let kept = if purpose.is_run { self.views.remove(&asked.name) } else { None };
+            let mut state = kept.unwrap_or_else(|| ViewState::new(&self.gpu));
+            state.is_within = asked.kind.is_within;
+            state
+        };
+        let states: Vec<ViewState> = requests.iter().map(&mut take_state).collect();
+        for (asked, state) in requests.iter_mut().zip(&states) {
+            asked.temporal = TemporalRequest::new(&mut asked.request, state, scene);
+        }
+        move_mirrors(&mut requests);
+        Ok(FrameViews { requests, states, captures_left_out })
+    }
+
+    /// Checks what a frame is asked for of one view.
+    fn ask_part(&self, scene: &Scene, mut part: Part, purpose: &Purpose<'_>) -> Result<ViewRequest, RenderError> {
+        let settings = &mut part.request.settings;
+        // Not before, because it depends on the background, which callers choose afterwards.
+        settings.ground.mode = settings.ground.mode.resolved(settings.environment.source, settings.background.source);
+        let settings = &part.request.settings.environment;
+        let of_scene = scene.environment.clone().filter(|_| settings.source == Environment::File);
+        let environment = of_scene.or_else(|| self.computed.of(settings));
+        ViewRequest::new(part, environment, purpose, &self.gpu.capabilities)
+    }
+
+    /// Puts back what the views of a frame keep, after it was submitted or failed. Gives what they were asked for.
+    pub(super) fn keep_views(
+        &mut self,
+        views: FrameViews,
+        fault: Option<&RenderError>,
+        purpose: &Purpose<'_>,
+    ) -> Vec<ViewRequest> {
+        let FrameViews { requests, mut states, .. } = views;
+        if fault.is_some() {
+            states.iter_mut().for_each(ViewState::forget_undrawn);
+            self.gpu.forget_frame();
+        } else if !purpose.is_run {
+            self.gpu.end_frame();
+        }
+        if purpose.is_run {
+            self.views.extend(requests.iter().map(|asked| asked.name.clone()).zip(states));
+        }
+        if matches!(fault, Some(RenderError::Gpu(_))) {
+            // Nobody knows what was drawn of what anti-aliasing over time keeps.
+            self.cut();
+        }
+        requests
     }
 }
