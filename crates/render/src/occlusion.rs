@@ -32,7 +32,7 @@ impl CoarseOcclusion {
 
 /// What an earlier sample of a still found for all.
 #[derive(Clone, Copy, Debug)]
-pub struct FoundBefore {
+pub struct OcclusionLook {
     /// Pixels along a texel's side.
     pub side_px: u32,
     /// How far from the tangent plane another surface begins.
@@ -43,7 +43,7 @@ pub struct FoundBefore {
 #[derive(Debug)]
 pub struct Occlusion {
     /// If an earlier sample found it: its texels are of squares of pixels, and say how far away surfaces were.
-    pub found_before: Option<FoundBefore>,
+    pub found_before: Option<OcclusionLook>,
     /// Of each pixel the share of diffuse light that reaches it, and in the other channels its mean direction, if it is
     /// bent.
     pub texture: Handle,

@@ -12,17 +12,17 @@ use super::surroundings::{self, FrameSurroundings, SideView, SurroundingsState};
 use super::water::Surfaces;
 use crate::aov::AovExports;
 use crate::environment::lobe::FACES;
-use crate::frame::{self, Flat, Means, Monitored, Picture, Tint};
+use crate::frame::{self, Means, MonitorInputs, Picture, SceneLayers, Tint};
 use crate::gbuffer::{Gbuffer, ViewOutputs};
 use crate::mirror_picture::MirrorPicture;
 use crate::outline::rectangle_of;
 use crate::overlay::draw::OverlayDraw;
 use crate::passes::adaptive::Settling;
 use crate::passes::fisheye::FaceRadiance;
-use crate::passes::mirrors::ShownMirror;
-use crate::passes::particles::ShownParticles;
+use crate::passes::mirrors::MirrorDraw;
+use crate::passes::particles::ParticlesDraw;
 use crate::passes::present::Target;
-use crate::passes::probe_capture::{CapturedProbe, SeenSide};
+use crate::passes::probe_capture::{CapturedProbe, ProbeSide};
 use crate::passes::{adaptive, meter};
 use crate::record::{Frame, PreparedView, Recorder};
 use crate::request::RenderError;
@@ -47,7 +47,7 @@ pub(super) struct OfScene<'s> {
     scene: &'s Scene,
     water: Surfaces,
     doors: Doors,
-    particles: Vec<ShownParticles>,
+    particles: Vec<ParticlesDraw>,
     surroundings: Option<(&'s SurroundingsState, &'s FrameSurroundings)>,
     /// Where what views around probes show belongs, in their order; and of which view it is put there.
     probes: Option<(&'s PreparedView, &'s [Option<CapturedProbe>])>,
@@ -56,7 +56,7 @@ pub(super) struct OfScene<'s> {
 impl<'s> OfScene<'s> {
     pub fn new(
         scene: &'s Scene,
-        particles: Vec<ShownParticles>,
+        particles: Vec<ParticlesDraw>,
         surroundings: Option<(&'s SurroundingsState, &'s FrameSurroundings)>,
         probes: Option<(&'s PreparedView, &'s [Option<CapturedProbe>])>,
     ) -> Self {
@@ -115,7 +115,7 @@ struct Before<'f> {
     /// The sides of the pictures around places.
     sides: BTreeMap<SideView, Handle>,
     /// The sides of what is around a probe, and how many probes came before it.
-    around: Vec<SeenSide>,
+    around: Vec<ProbeSide>,
     probes: usize,
     /// What is behind mirrors, by the names of the views.
     behind: BTreeMap<String, MirrorPicture>,
@@ -125,10 +125,10 @@ struct Before<'f> {
 
 impl Before<'_> {
     /// The mirrors of a view.
-    fn mirrors(&mut self, asked: &Asked, ready: &Ready) -> Vec<ShownMirror> {
+    fn mirrors(&mut self, asked: &Asked, ready: &Ready) -> Vec<MirrorDraw> {
         let shown = |seen: &MirrorSeen| {
             let Reflector::Node(node) = seen.of else { return None };
-            Some(ShownMirror {
+            Some(MirrorDraw {
                 object: node.0 + 1,
                 normal_world: seen.normal_world,
                 is_smooth: seen.is_smooth,
@@ -164,7 +164,7 @@ fn record_monitors<'f>(
         let mut r = Recorder::new(graph, frame, &ready.view);
         let Some(texture) = import_monitor(&mut r, scene, view.image) else { continue };
         let request = &asked.request;
-        let monitored = Monitored {
+        let inputs = MonitorInputs {
             radiance: &radiance,
             depth: &depth,
             means,
@@ -174,7 +174,7 @@ fn record_monitors<'f>(
             exposure: request.known_exposure() * view.exposure_stops.clamp(-64.0, 64.0).exp2(),
             adapted: adapted.as_ref(),
         };
-        frame::monitor_passes(&mut r, &request.settings, monitored, texture)?;
+        frame::monitor_passes(&mut r, &request.settings, inputs, texture)?;
     }
     Ok(())
 }
@@ -234,28 +234,28 @@ fn record_view<'f>(
     if matches!(purpose, Purpose::Pairs(_)) {
         return record_pairs(&mut r, asked);
     }
-    let flat = Flat {
+    let layers = SceneLayers {
         mirrors: before.mirrors(asked, ready),
         water: water.shown((*scene, &frame.resources.textures), (asked, ready), &mut before.behind),
         portals: doors.shown(asked, &mut before.through),
         particles: particles.clone(),
     };
     let outputs = match &asked.part {
-        ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view, &flat)?,
+        ViewPart::Whole => frame::view_passes(&mut r, &request.settings, &of_view, &layers)?,
         ViewPart::Mirror(view) => {
-            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
+            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &layers)?;
             record_mirrored(&mut r, view, asked, outputs, before)?;
             return Ok(Recorded::default());
         }
         ViewPart::Side(side) => {
-            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
+            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &layers)?;
             before.sides.insert(*side, radiance);
             return Ok(Recorded::default());
         }
         ViewPart::Probe(_) => {
-            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
+            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &layers)?;
             if let ViewOutputs { radiance, gbuffer: Some(Gbuffer { linear_depth, .. }), .. } = outputs {
-                before.around.push(SeenSide { radiance, linear_depth });
+                before.around.push(ProbeSide { radiance, linear_depth });
             }
             if before.around.len() == FACES.len() {
                 record_probe(graph, frame, of_scene, before)?;
@@ -263,14 +263,14 @@ fn record_view<'f>(
             return Ok(Recorded::default());
         }
         ViewPart::Face(face) => {
-            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
+            let ViewOutputs { radiance, .. } = frame::view_passes(&mut r, &request.settings, &of_view, &layers)?;
             let uv_from_place = uv_from_place(face, request, asked.size);
             before.faces.push(FaceRadiance { side: face.side, radiance, uv_from_place });
             return Ok(Recorded::default());
         }
         ViewPart::Monitor(view) => {
             darken_monitors(&mut r, scene, view);
-            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &flat)?;
+            let outputs = frame::view_passes(&mut r, &request.settings, &of_view, &layers)?;
             before.seen.push(record_monitored(&mut r, view, (asked, state, ready), outputs, purpose)?);
             return Ok(Recorded::default());
         }

@@ -24,7 +24,7 @@ pub enum Drawn {
 
 /// How a view comes about.
 #[derive(Clone, Copy, Debug)]
-pub struct Shown {
+pub struct ViewDrawing {
     /// What `surfaces.wgsl` shows.
     pub number: u32,
     /// What that writes.
@@ -37,7 +37,7 @@ pub struct Shown {
     pub parts_levels: bool,
 }
 
-impl Shown {
+impl ViewDrawing {
     /// That of a view; none if it is off.
     pub fn of(view: DebugView) -> Option<Self> {
         let (number, drawn) = match view {

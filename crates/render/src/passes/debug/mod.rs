@@ -14,7 +14,7 @@ pub use settings::{DebugSettings, DebugView};
 
 use crate::record::{ADD, DrawSelection, Recorder};
 use crate::shader::program::ProgramError;
-use legends::{BACKGROUND, Color, Drawn, Shown};
+use legends::{BACKGROUND, Color, Drawn, ViewDrawing};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 use std::borrow::Cow;
 
@@ -61,7 +61,7 @@ impl DebugUniform {
 /// # Errors
 /// A program that does not compile.
 pub fn record(r: &mut Recorder<'_, '_>, settings: &DebugSettings, display: Handle) -> Result<Handle, ProgramError> {
-    let Some(shown) = Shown::of(settings.view) else { return Ok(display) };
+    let Some(shown) = ViewDrawing::of(settings.view) else { return Ok(display) };
     let drawn = record_surfaces(r, shown)?;
     r.legend("debug", shown.legend());
     let has_steps = matches!(shown.drawn, Drawn::Steps(_));
@@ -74,7 +74,7 @@ pub fn record(r: &mut Recorder<'_, '_>, settings: &DebugSettings, display: Handl
 }
 
 /// Draws all surfaces of the view as `shown` says.
-fn record_surfaces(r: &mut Recorder<'_, '_>, shown: Shown) -> Result<Handle, ProgramError> {
+fn record_surfaces(r: &mut Recorder<'_, '_>, shown: ViewDrawing) -> Result<Handle, ProgramError> {
     const CLEAR: DepthLoad = DepthLoad::Clear { depth: 0.0, stencil: 0 };
     let mut drawn = r.texture("debug.drawn", DRAWN);
     let mut depth = r.texture("debug.depth", r.frame.gpu.capabilities.depth_format);
@@ -142,7 +142,7 @@ mod tests {
     #[test]
     fn steps_rise_and_every_colour_is_of_one_meaning() {
         for name in DebugView::NAMES {
-            let Some(shown) = DebugView::named(name).and_then(Shown::of) else { continue };
+            let Some(shown) = DebugView::named(name).and_then(ViewDrawing::of) else { continue };
             let legend = shown.legend();
             for (i, entry) in legend.iter().enumerate() {
                 assert!(legend[..i].iter().all(|other| other.color_srgb != entry.color_srgb), "{name}: {entry:?}");

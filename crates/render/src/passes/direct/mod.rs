@@ -8,7 +8,7 @@
 use crate::gbuffer::Gbuffer;
 use crate::lights::Rectangle;
 use crate::record::{ADD, PicturePart, Recorder};
-use crate::screen_space::InPicture;
+use crate::screen_space::ScreenSpaceEffects;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 use std::sync::Arc;
@@ -50,7 +50,7 @@ pub fn record(
     r: &mut Recorder<'_, '_>,
     lights: &Lights<'_>,
     gbuffer: &Gbuffer,
-    found: InPicture<'_>,
+    found: ScreenSpaceEffects<'_>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {

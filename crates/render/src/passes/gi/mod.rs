@@ -17,7 +17,7 @@ use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::occlusion::Occlusion;
 use crate::record::{ADD, Fullscreen, PicturePart, Recorder};
 use crate::resolution::Resolution;
-use crate::screen_space::FoundLight;
+use crate::screen_space::ScreenSpaceLight;
 use crate::shader::program::{Constant, ProgramError};
 use manypass_graph::{ColorLoad, Handle};
 
@@ -77,7 +77,7 @@ pub fn record(
     is_occluded: bool,
     depth: &Handle,
     radiance: Handle,
-) -> Result<(Handle, Option<FoundLight>), ProgramError> {
+) -> Result<(Handle, Option<ScreenSpaceLight>), ProgramError> {
     if !settings.enabled || r.view.counts_pairs() {
         return Ok((radiance, None));
     }
@@ -116,7 +116,7 @@ pub fn record(
     } else {
         found
     };
-    Ok((radiance, Some(FoundLight { texture, takes_environment })))
+    Ok((radiance, Some(ScreenSpaceLight { texture, takes_environment })))
 }
 
 /// What `gi_compose` is drawn with.

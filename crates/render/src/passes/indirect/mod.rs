@@ -5,7 +5,7 @@
 
 use crate::gbuffer::Gbuffer;
 use crate::record::{ADD, PicturePart, Recorder};
-use crate::screen_space::InPicture;
+use crate::screen_space::ScreenSpaceEffects;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 
@@ -16,7 +16,7 @@ use manypass_graph::{ColorLoad, Handle};
 pub fn record(
     r: &mut Recorder<'_, '_>,
     gbuffer: &Gbuffer,
-    found: InPicture<'_>,
+    found: ScreenSpaceEffects<'_>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {

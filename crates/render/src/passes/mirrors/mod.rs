@@ -25,7 +25,7 @@ const SAMPLES_A_SHARE: u32 = 8;
 
 /// A mirror that a view shows.
 #[derive(Debug)]
-pub struct ShownMirror {
+pub struct MirrorDraw {
     /// Its object: the index of its node, plus 1.
     pub object: u32,
     /// The unit normal of its plane in world space, towards the eye.
@@ -44,7 +44,7 @@ pub struct ShownMirror {
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
-    mirrors: &[ShownMirror],
+    mirrors: &[MirrorDraw],
     gbuffer: &Gbuffer,
     ids: &Handle,
 ) -> Result<Handle, ProgramError> {
@@ -53,7 +53,7 @@ pub fn record(
     let few = r.view.shows_few_samples();
     let rays_of_rough = if few { RAYS_OF_FEW_SAMPLES } else { RAYS };
     let samples = if few { 1 } else { (r.view.sample_count / SAMPLES_A_SHARE).clamp(1, SAMPLES_OF_LOBE) };
-    for ShownMirror { object, normal_world, is_smooth, rectangle, picture } in mirrors {
+    for MirrorDraw { object, normal_world, is_smooth, rectangle, picture } in mirrors {
         let rays = if *is_smooth { 0 } else { rays_of_rough };
         let normal_view = r.view.uniform.view_from_world.transform_vector3(*normal_world);
         let uniform = MirrorUniform::new(*object, Some(picture), normal_view, rays.max(1) * samples);

@@ -20,7 +20,7 @@ const OCCLUDERS_MAX: u32 = 1024;
 
 /// A system of particles that a view shows.
 #[derive(Clone, Debug)]
-pub struct ShownParticles {
+pub struct ParticlesDraw {
     /// Its name.
     pub name: String,
     /// How they look.
@@ -77,14 +77,14 @@ fn occluders(look: &Look, cells: u32) -> u32 {
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
-    all: &[ShownParticles],
+    all: &[ParticlesDraw],
     fog: &FogSettings,
     linear_depth: &Handle,
     mut radiance: Handle,
 ) -> Result<Handle, ProgramError> {
     let pre_exposure = r.view.uniform.pre_exposure;
     let fog = FogUniform::new(fog, pre_exposure);
-    for ShownParticles { name, look, states: [place, velocity] } in all {
+    for ParticlesDraw { name, look, states: [place, velocity] } in all {
         let (columns, rows) = (place.texture().width(), place.texture().height());
         let uniform = ParticlesUniform::new(look, [columns, rows], pre_exposure);
         let desc = TextureDesc::new_2d(columns, rows, RADIANCE);

@@ -11,7 +11,7 @@ use manypass_scene::capture::OUTLINE_CORNERS_MAX;
 
 /// An end of a portal that a view shows.
 #[derive(Debug)]
-pub struct ShownPortal {
+pub struct PortalDraw {
     /// Its outline in world space, at most [`OUTLINE_CORNERS_MAX`] corners.
     pub corners_world: Vec<Vec3>,
     /// The radiance of what is seen through it.
@@ -31,7 +31,7 @@ struct PortalUniform {
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
-    portals: &[ShownPortal],
+    portals: &[PortalDraw],
     (mut radiance, mut depth): (Handle, Handle),
 ) -> Result<(Handle, Handle), ProgramError> {
     if r.view.counts_pairs() {

@@ -124,7 +124,7 @@ pub(crate) struct CapturedProbe {
 
 /// One side of what is to be seen around a probe.
 #[derive(Debug)]
-pub(crate) struct SeenSide {
+pub(crate) struct ProbeSide {
     pub radiance: Handle,
     pub linear_depth: Handle,
 }
@@ -136,12 +136,12 @@ pub(crate) struct SeenSide {
 pub(crate) fn record(
     r: &mut Recorder<'_, '_>,
     probe: &CapturedProbe,
-    sides: &[SeenSide],
+    sides: &[ProbeSide],
     target: Handle,
 ) -> Result<Handle, ProgramError> {
     let side = PROBE_FACE_SIDE;
     let mut all = r.texture_of("probe.sides", TextureDesc::new_2d(6 * side, side, ENVIRONMENT_FORMAT));
-    for (face, SeenSide { radiance, linear_depth }) in (0..6).zip(sides) {
+    for (face, ProbeSide { radiance, linear_depth }) in (0..6).zip(sides) {
         let corner = Vec4::new((face * side) as f32, 0.0, 2.0 / side as f32, probe.distance_max_m);
         let step = r.fullscreen("probe_capture.face", "probe_face", &[]).read("view_radiance", radiance);
         let step = step.read("linear_depth", linear_depth).uniform("probe_face", &ProbeFace { corner });

@@ -119,9 +119,9 @@ impl ReflectionsUniform {
     }
 }
 
-/// The picture so far.
+/// What the passes read of the picture so far.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'h> {
+pub struct ScreenInputs<'h> {
     /// What is known of its surfaces.
     pub gbuffer: &'h Gbuffer,
     /// What they hide from each other of the environment, which radiance has less of.
@@ -140,42 +140,42 @@ pub fn is_needed(r: &Recorder<'_, '_>, settings: &ReflectionSettings) -> bool {
 }
 
 /// What samples of a still that leaves tiles out have of earlier ones.
-pub struct Kept {
-    kept: Keeping,
+pub struct CachedReflections {
+    state: CacheState,
     is_dark: bool,
 }
 
-enum Keeping {
+enum CacheState {
     /// Each sample looks for itself.
-    Nothing,
+    Unused,
     /// This one is among the first, which are so many.
-    Mean(History, u32),
+    Growing(History, u32),
     /// It is there.
-    Found(Reflections),
+    Complete(Reflections),
 }
 
-impl Kept {
+impl CachedReflections {
     /// What there is of earlier samples.
     pub fn new(r: &mut Recorder<'_, '_>, settings: &ReflectionSettings) -> Self {
         let roughness_max = settings.roughness_max;
-        let kept = match r.view.whole_samples.filter(|_| is_needed(r, settings)) {
-            None => Keeping::Nothing,
+        let state = match r.view.whole_samples.filter(|_| is_needed(r, settings)) {
+            None => CacheState::Unused,
             Some(whole) => {
                 let mean = r.history("reflections.mean", r.view.desc(RADIANCE));
                 if !mean.is_first && r.view.uniform.sample_index >= whole {
-                    Keeping::Found(Reflections { texture: mean.previous, side_px: 1, roughness_max })
+                    CacheState::Complete(Reflections { texture: mean.previous, side_px: 1, roughness_max })
                 } else {
-                    Keeping::Mean(mean, whole)
+                    CacheState::Growing(mean, whole)
                 }
             }
         };
-        Self { kept, is_dark: r.view.is_environment_dark }
+        Self { state, is_dark: r.view.is_environment_dark }
     }
 
     /// What light of the environment is taken with: then there is nothing to [`record`]. In the dark no pass takes any.
-    pub fn found(&self) -> Option<&Reflections> {
-        match &self.kept {
-            Keeping::Found(found) if !self.is_dark => Some(found),
+    pub fn reflections(&self) -> Option<&Reflections> {
+        match &self.state {
+            CacheState::Complete(reflections) if !self.is_dark => Some(reflections),
             _ => None,
         }
     }
@@ -189,30 +189,36 @@ impl Kept {
 pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &ReflectionSettings,
-    (seen, kept): (Seen<'_>, Kept),
+    (screen, cached): (ScreenInputs<'_>, CachedReflections),
     radiance: Handle,
 ) -> Result<(Handle, Option<Reflections>), ProgramError> {
-    if !is_needed(r, settings) || kept.found().is_some() {
+    if !is_needed(r, settings) || cached.reflections().is_some() {
         return Ok((radiance, None));
     }
-    let met = seen.radiance.unwrap_or(&radiance);
-    let found = match kept.kept {
-        Keeping::Nothing => Tracing::new(r, settings, (r.view.sample_count, UNFILTERED_RAYS)).record(r, seen, met)?,
-        Keeping::Mean(mean, whole) => record_mean(r, settings, (seen, met), (mean, whole))?,
-        Keeping::Found(found) => found,
+    let met = screen.radiance.unwrap_or(&radiance);
+    let found = match cached.state {
+        CacheState::Unused => {
+            Tracing::new(r, settings, (r.view.sample_count, UNFILTERED_RAYS)).record(r, screen, met)?
+        }
+        CacheState::Growing(mean, whole) => record_mean(r, settings, (screen, met), (mean, whole))?,
+        CacheState::Complete(reflections) => reflections,
     };
-    let radiance = record_composed(r, "reflections.compose", seen, &found, radiance)?;
-    let of_pixels = r.shows_shaded_where_drawn().then(|| record_upsampled(r, seen, found)).transpose()?;
+    let radiance = record_composed(r, "reflections.compose", screen, &found, radiance)?;
+    let of_pixels = r.shows_shaded_where_drawn().then(|| record_upsampled(r, screen, found)).transpose()?;
     Ok((radiance, of_pixels))
 }
 
 /// What was found of each pixel.
-fn record_upsampled(r: &mut Recorder<'_, '_>, seen: Seen<'_>, found: Reflections) -> Result<Reflections, ProgramError> {
+fn record_upsampled(
+    r: &mut Recorder<'_, '_>,
+    screen: ScreenInputs<'_>,
+    found: Reflections,
+) -> Result<Reflections, ProgramError> {
     if found.side_px == 1 {
         return Ok(found);
     }
     let target = r.texture("reflections.upsample", RADIANCE);
-    let step = seen.gbuffer.read_by(r.fullscreen("reflections.upsample", "reflections_keep", &[]));
+    let step = screen.gbuffer.read_by(r.fullscreen("reflections.upsample", "reflections_keep", &[]));
     let step = Reflections::read_by(Some(&found), step).constant("takes_mean", 0).stand_in("previous_reflections");
     let texture = step.within_surfaces(1).draw_into(target, NOTHING)?;
     Ok(Reflections { texture, side_px: 1, ..found })
@@ -225,13 +231,13 @@ fn record_upsampled(r: &mut Recorder<'_, '_>, seen: Seen<'_>, found: Reflections
 pub fn record_composed(
     r: &mut Recorder<'_, '_>,
     name: &'static str,
-    seen: Seen<'_>,
+    screen: ScreenInputs<'_>,
     found: &Reflections,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_compose", &[]));
-    let step = Occlusion::read_by(seen.occlusion, Reflections::read_by(Some(found), step));
-    step.over(PicturePart::Lit, seen.depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
+    let step = screen.gbuffer.read_by(r.fullscreen(name, "reflections_compose", &[]));
+    let step = Occlusion::read_by(screen.occlusion, Reflections::read_by(Some(found), step));
+    step.over(PicturePart::Lit, screen.depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }
 
 /// Of a still whose later samples leave tiles out: the mean of what each of its first `whole` samples finds, which draw
@@ -239,11 +245,11 @@ pub fn record_composed(
 fn record_mean(
     r: &mut Recorder<'_, '_>,
     settings: &ReflectionSettings,
-    (seen, met): (Seen<'_>, &Handle),
+    (screen, met): (ScreenInputs<'_>, &Handle),
     (mean, whole): (History, u32),
 ) -> Result<Reflections, ProgramError> {
-    let found = Tracing::new(r, settings, (whole, UNFILTERED_MEAN)).record(r, seen, met)?;
-    let step = seen.gbuffer.read_by(r.fullscreen("reflections.mean", "reflections_keep", &[]));
+    let found = Tracing::new(r, settings, (whole, UNFILTERED_MEAN)).record(r, screen, met)?;
+    let step = screen.gbuffer.read_by(r.fullscreen("reflections.mean", "reflections_keep", &[]));
     let step = Reflections::read_by(Some(&found), step).read("previous_reflections", &mean.previous);
     step.draw_into(mean.next, ColorLoad::Discard)?;
     Ok(found)
@@ -288,24 +294,29 @@ impl<'s> Tracing<'s> {
     }
 
     /// Follows rays, and draws what they bring.
-    fn record(&self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, met: &Handle) -> Result<Reflections, ProgramError> {
-        let inputs = Inputs {
-            seen,
+    fn record(
+        &self,
+        r: &mut Recorder<'_, '_>,
+        screen: ScreenInputs<'_>,
+        met: &Handle,
+    ) -> Result<Reflections, ProgramError> {
+        let inputs = RayInputs {
+            screen,
             met,
-            pyramid: record_pyramid(r, &seen.gbuffer.linear_depth)?,
+            pyramid: record_pyramid(r, &screen.gbuffer.linear_depth)?,
             coarse_radiance: record_coarse_radiance(r, met)?,
             backs: if self.settings.thickness_m > 0.0 { None } else { Some(record_backs(r)?) },
         };
         let rays = self.record_rays(r, "reflections", &inputs, None)?;
         let filtered =
-            self.is_filtered.then(|| self.record_filter(r, "reflections.filter", seen, (&rays, None))).transpose()?;
+            self.is_filtered.then(|| self.record_filter(r, "reflections.filter", screen, (&rays, None))).transpose()?;
         let sharp = self.sharp(r);
         let sharp_rays =
             sharp.as_ref().map(|sharp| sharp.record_rays(r, "reflections.smooth", &inputs, Some(&rays))).transpose()?;
         let texture = filtered.unwrap_or(rays);
         let coarse = Reflections { texture, side_px: self.side_px, roughness_max: self.settings.roughness_max };
         let (Some(sharp), Some(sharp_rays)) = (sharp, sharp_rays) else { return Ok(coarse) };
-        let texture = sharp.record_filter(r, "reflections.sharpen", seen, (&sharp_rays, Some(&coarse)))?;
+        let texture = sharp.record_filter(r, "reflections.sharpen", screen, (&sharp_rays, Some(&coarse)))?;
         Ok(Reflections { texture, side_px: 1, ..coarse })
     }
 
@@ -327,12 +338,12 @@ impl<'s> Tracing<'s> {
         &self,
         r: &mut Recorder<'_, '_>,
         name: &'static str,
-        inputs: &Inputs<'_>,
+        inputs: &RayInputs<'_>,
         coarse: Option<&Handle>,
     ) -> Result<Handle, ProgramError> {
-        let Inputs { seen, met, pyramid, coarse_radiance, backs } = inputs;
+        let RayInputs { screen, met, pyramid, coarse_radiance, backs } = inputs;
         let target = r.texture_of(name, self.desc);
-        let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_trace", &[]));
+        let step = screen.gbuffer.read_by(r.fullscreen(name, "reflections_trace", &[]));
         let step = step.constants(&[("steps", self.settings.length()), ("smooth_only", u32::from(self.smooth_only))]);
         let step = step.read("nearest_distances", pyramid).read("scene_radiance", met);
         let step = step.read("coarse_radiance", coarse_radiance);
@@ -344,11 +355,11 @@ impl<'s> Tracing<'s> {
             Some(rays) => step.read("coarse_reflections", rays),
             None => step.stand_in("coarse_reflections"),
         };
-        let step = match seen.mirrored {
+        let step = match screen.mirrored {
             Some(mirrored) => step.constant("has_mirrors", 1).read("mirrored", mirrored),
             None => step.stand_in("mirrored"),
         };
-        self.draw_lit(step, *seen, target)
+        self.draw_lit(step, *screen, target)
     }
 
     /// Takes noise and dots out of `noisy`, and puts what is of smooth surfaces over `coarse`.
@@ -356,27 +367,33 @@ impl<'s> Tracing<'s> {
         &self,
         r: &mut Recorder<'_, '_>,
         name: &'static str,
-        seen: Seen<'_>,
+        screen: ScreenInputs<'_>,
         (noisy, coarse): (&Handle, Option<&Reflections>),
     ) -> Result<Handle, ProgramError> {
         let target = r.texture_of(name, self.desc);
-        let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_filter", &[]));
+        let step = screen.gbuffer.read_by(r.fullscreen(name, "reflections_filter", &[]));
         let step = Reflections::read_by(coarse, step).read("noisy_reflections", noisy);
-        self.draw_lit(step, seen, target)
+        self.draw_lit(step, screen, target)
     }
 
-    fn draw_lit(&self, step: Fullscreen<'_, '_>, seen: Seen<'_>, target: Handle) -> Result<Handle, ProgramError> {
+    fn draw_lit(
+        &self,
+        step: Fullscreen<'_, '_>,
+        screen: ScreenInputs<'_>,
+        target: Handle,
+    ) -> Result<Handle, ProgramError> {
         let constants = [("side", self.side_px), ("patterned", u32::from(self.is_filtered))];
         let step = step.constants(&constants).uniform("reflections", &self.uniform);
-        let is_tested = self.side_px == 1 && seen.depth.desc().samples == 1;
-        let step = if is_tested { step.over(PicturePart::Lit, seen.depth) } else { step.within_surfaces(self.side_px) };
+        let is_tested = self.side_px == 1 && screen.depth.desc().samples == 1;
+        let step =
+            if is_tested { step.over(PicturePart::Lit, screen.depth) } else { step.within_surfaces(self.side_px) };
         step.draw_into(target, NOTHING)
     }
 }
 
 /// What rays go through.
-struct Inputs<'i> {
-    seen: Seen<'i>,
+struct RayInputs<'i> {
+    screen: ScreenInputs<'i>,
     /// The light that they meet.
     met: &'i Handle,
     pyramid: Handle,

@@ -52,7 +52,7 @@ pub struct TemporalFrame {
 
 /// What the passes read of a frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Shown<'h> {
+pub struct FrameInputs<'h> {
     /// Pre-exposed, with coverage.
     pub radiance: &'h Handle,
     /// Metres.
@@ -146,9 +146,9 @@ pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &TaaSettings,
     frame: &TemporalFrame,
-    shown: Shown<'_>,
+    inputs: FrameInputs<'_>,
 ) -> Result<Handle, ProgramError> {
-    let TextureDesc { width, height, .. } = shown.radiance.desc();
+    let TextureDesc { width, height, .. } = inputs.radiance.desc();
     let shaded = (width, height);
     let size = frame.upscaled_to.unwrap_or(shaded);
     let upscales = [("upscales", u32::from(size != shaded))];
@@ -160,23 +160,23 @@ pub fn record(
     let before = frame.before.as_ref().filter(|_| !colors.is_first && !surfaces.is_first);
     let uniform = TaaUniform::new(settings, frame, before, [shaded, size]);
     // A first frame looks at nothing before it, but something has to be bound.
-    let previous = if before.is_some() { &colors.previous } else { shown.radiance };
-    let previous_surface = if before.is_some() { &surfaces.previous } else { shown.radiance };
+    let previous = if before.is_some() { &colors.previous } else { inputs.radiance };
+    let previous_surface = if before.is_some() { &surfaces.previous } else { inputs.radiance };
     let surface = r
         .fullscreen("taa.surface", "taa_surface", &[])
         .constants(&upscales)
         .uniform("taa", &uniform)
-        .read("radiance", shown.radiance)
-        .read("linear_depth", shown.linear_depth)
-        .read("motion", shown.motion)
+        .read("radiance", inputs.radiance)
+        .read("linear_depth", inputs.linear_depth)
+        .read("motion", inputs.motion)
         .read("previous_surface", previous_surface)
         .draw_into(surfaces.next, ColorLoad::Discard)?;
     r.fullscreen("taa", "taa", &[])
         .constants(&upscales)
         .uniform("taa", &uniform)
-        .read("radiance", shown.radiance)
+        .read("radiance", inputs.radiance)
         .read("previous", previous)
-        .read("motion", shown.motion)
+        .read("motion", inputs.motion)
         .read("surface", &surface)
         .draw_into(colors.next, ColorLoad::Discard)
 }

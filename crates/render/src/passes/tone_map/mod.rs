@@ -62,7 +62,7 @@ impl ToneMapUniform {
 
 /// What is shown.
 #[derive(Clone, Copy, Debug)]
-pub struct Shown<'h> {
+pub struct DisplayInputs<'h> {
     /// Radiance, or a mean.
     pub radiance: &'h Handle,
     /// The mean of what glows, where that is apart.
@@ -101,7 +101,7 @@ pub fn record(
     name: &'static str,
     settings: &ToneMapSettings,
     left: Display,
-    Shown { radiance, glow, adapted, tint }: Shown<'_>,
+    DisplayInputs { radiance, glow, adapted, tint }: DisplayInputs<'_>,
     output: Handle,
 ) -> Result<Handle, ProgramError> {
     let (from, to) = (radiance.desc(), output.desc());
