@@ -16,9 +16,14 @@ pub use blocks::unsettled_rectangles;
 pub use settings::AdaptiveSettings;
 
 use crate::constants::SETTLED_TILE_PX;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, DepthLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo =
+    PassInfo { off: Some("adaptive.threshold=0"), tiers: &["low", "medium", "high"], ..PassInfo::new("adaptive") };
 
 /// The format of the mean of half of the samples.
 pub const HALF: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;

@@ -12,11 +12,16 @@ mod settings;
 
 pub use settings::{DebugSettings, DebugView};
 
+use crate::pass_info::PassInfo;
 use crate::record::{ADD, DrawSelection, Recorder};
 use crate::shader::program::ProgramError;
 use legends::{BACKGROUND, Color, Drawn, ViewDrawing};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 use std::borrow::Cow;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo =
+    PassInfo { off: Some("debug.view=off"), in_fisheye: false, tiers: &[], ..PassInfo::new("debug") };
 
 /// The format of what surfaces leave: half floats add up on every backend, and hold whole numbers up to 2,048.
 const DRAWN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;

@@ -7,9 +7,20 @@
 use crate::environment::Background;
 use crate::fog::{FogMode, FogSettings, FogUniform};
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::{ADD, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { off: Some("fog.mode=none"), tiers: &[], ..PassInfo::new("fog") };
+
+/// How far it looks; none if settings switch it off. Light in fog is that of half the pixels, or of what lies before
+/// converged tiles, too.
+pub fn reach(settings: &FogSettings) -> Option<Reach> {
+    let reach = if settings.scatters() { Reach::EverySample } else { Reach::OwnPixel };
+    (settings.mode != FogMode::None).then_some(reach)
+}
 
 /// Fog over what is there, by the share that does not come through: where there is something, coverage is 1, and
 /// stays 1.

@@ -13,11 +13,15 @@ use crate::draws::Draw;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::occlusion::Occlusion;
+use crate::pass_info::PassInfo;
 use crate::record::{ADD, DrawSelection, Recorder, SurfacePass};
 use crate::screen_space::{ScreenSpaceEffects, ScreenSpaceLight};
 use crate::shader::program::ProgramError;
 use crate::transparency::{Blended, GLASS_DISTANCES, Peel, Side, Weighting};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { effect_inputs: &["radiance"], ..PassInfo::new("forward") };
 
 /// The uniform of `forward.wgsl`; a test compares the two layouts.
 #[repr(C)]

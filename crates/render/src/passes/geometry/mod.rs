@@ -4,9 +4,17 @@
 //! Reads: materials. Writes: base_color, normal, material, radiance (alpha = coverage), depth.
 
 use crate::gbuffer::{BASE_COLOR, MATERIAL, NORMAL, RADIANCE};
+use crate::pass_info::PassInfo;
 use crate::record::{DecalUse, DrawSelection, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo {
+    variables: &["base_color", "occlusion", "normal", "normal_view", "metallic", "roughness"],
+    effect_inputs: &["normal", "base_color", "material"],
+    ..PassInfo::new("geometry")
+};
 
 /// What the pass leaves behind.
 #[derive(Debug)]

@@ -8,10 +8,14 @@
 //! `meter.adapted` (one texel, r32float: stops), which the next frame finds.
 
 use crate::constants::METERED_SIDE;
+use crate::pass_info::PassInfo;
 use crate::record::{Fullscreen, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use bytemuck::Zeroable;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("meter");
 
 /// What is read back.
 pub const METER: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;

@@ -9,10 +9,14 @@
 use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::mirror_picture::{MirrorPicture, MirrorUniform};
 use crate::outline::Outline;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use glam::Vec3;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("mirrors");
 
 /// Rays of a pixel of a rough mirror, in each sample of a still of several, and in a picture of few.
 const RAYS: u32 = 8;

@@ -1,7 +1,7 @@
 //! occlusion: what opaque surfaces hide of the environment from each other, as far as the picture shows it.
 //!
 //! Sources: horizons (Jimenez et al. 2016, "Practical Realtime Strategies for Accurate Indirect Occlusion"), or points
-//! in a hemisphere (Mittring 2007, "Finding Next Gen: CryEngine 2"); what differs from them stands in `gtao.wgsl` and
+//! in a hemisphere (Mittring 2007, "OcclusionPasses Next Gen: CryEngine 2"); what differs from them stands in `gtao.wgsl` and
 //! `ssao.wgsl`. Each sample of a still has other noise, so that their mean converges; that of few samples is a pattern
 //! of 4 × 4 texels, which `occlusion.blur` takes out. `occlusion.upsample` brings a smaller picture to the full size.
 //! Reads: normal, linear_depth. Writes: occlusion, the share of diffuse light of the environment that reaches a
@@ -12,10 +12,29 @@ mod settings;
 pub use settings::{OcclusionMethod, OcclusionSettings};
 
 use crate::constants::DISTANCE_BACKGROUND_M;
-use crate::occlusion::{Occlusion, OcclusionLook};
+use crate::occlusion::{Occlusion, OcclusionCache};
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::{Fullscreen, PicturePart, Recorder, Texels, UNFILTERED_SAMPLES};
+use crate::render_settings::Path;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, History, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo {
+    off: Some("occlusion.enabled=false"),
+    paths: &[Path::Deferred, Path::Forward, Path::ForwardBatched],
+    in_fisheye: false,
+    tiers: &["medium", "high", "ultra"],
+    variables: &["occlusion_screen"],
+    effect_inputs: &["occlusion"],
+    ..PassInfo::new("occlusion")
+};
+
+/// How far it looks; none if settings switch it off. With its direction occlusion takes all samples to converge.
+pub fn reach(settings: &OcclusionSettings) -> Option<Reach> {
+    let reach = if settings.bent_normals { Reach::EverySample } else { Reach::FirstSamples };
+    settings.enabled.is_on().then_some(reach)
+}
 
 /// The share of light that is left, which may lie outside of 0 to 1 where a sample looks in few directions.
 const VISIBILITY: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
@@ -105,7 +124,7 @@ pub fn record(
     if !is_needed(r, settings, is_read) {
         return Ok(None);
     }
-    let (texture, found_before) = match r.view.whole_samples {
+    let (texture, cache) = match r.view.whole_samples {
         None => (record_found(r, settings, inputs)?, None),
         Some(whole) if whole < UNFILTERED_SAMPLES => {
             let (look, before) = record_look(r, settings, inputs)?;
@@ -119,7 +138,7 @@ pub fn record(
         }
     };
     let (is_multi_bounce, is_bent) = (settings.multi_bounce, settings.bent_normals);
-    Ok(Some(Occlusion { texture, found_before, is_multi_bounce, is_bent }))
+    Ok(Some(Occlusion { texture, cache, is_multi_bounce, is_bent }))
 }
 
 /// What a sample finds by itself.
@@ -128,7 +147,7 @@ fn record_found(
     settings: &OcclusionSettings,
     inputs: ScreenInputs<'_>,
 ) -> Result<Handle, ProgramError> {
-    let finding = Finding::new(r, settings, r.view.shows_few_samples());
+    let finding = OcclusionPasses::new(r, settings, r.view.shows_few_samples());
     finding.record_whole(r, inputs, if settings.bent_normals { BENT } else { VISIBILITY })
 }
 
@@ -145,7 +164,7 @@ pub fn record_variable(
     // The variable is the share alone.
     let settings = OcclusionSettings { bent_normals: false, ..settings.clone() };
     let names = ["occlusion.variable", "occlusion.variable.blur", "occlusion.variable.upsample"];
-    let finding = Finding { names, ..Finding::new(r, &settings, true) };
+    let finding = OcclusionPasses { names, ..OcclusionPasses::new(r, &settings, true) };
     finding.record_whole(r, inputs, VARIABLE)
 }
 
@@ -156,16 +175,16 @@ fn record_look(
     r: &mut Recorder<'_, '_>,
     settings: &OcclusionSettings,
     inputs: ScreenInputs<'_>,
-) -> Result<(Handle, OcclusionLook), ProgramError> {
-    let finding = Finding::new(r, settings, true);
+) -> Result<(Handle, OcclusionCache), ProgramError> {
+    let finding = OcclusionPasses::new(r, settings, true);
     // Where nothing is blurred, what looks around is what is kept.
     let has_distances = finding.has_distances || !finding.is_filtered;
-    let finding = Finding { keeps_distances: true, has_distances, bridges_grooves: true, ..finding };
+    let finding = OcclusionPasses { keeps_distances: true, has_distances, bridges_grooves: true, ..finding };
     let look = r.history("occlusion.look", TextureDesc { format: WITH_DISTANCES, ..finding.desc });
     r.declare_texels(&look.next, Texels::Share);
     let looks = look.is_first || r.view.uniform.sample_index == 0;
     let texture = if looks { finding.record(r, inputs, look.next)? } else { look.previous };
-    Ok((texture, OcclusionLook { side_px: finding.side_px, reach_m: THICKNESS * finding.uniform.radius_m }))
+    Ok((texture, OcclusionCache { side_px: finding.side_px, reach_m: THICKNESS * finding.uniform.radius_m }))
 }
 
 /// Of a still whose later samples leave tiles out: the `mean` of what its first samples find, who draw all that
@@ -176,7 +195,7 @@ fn record_mean(
     inputs: ScreenInputs<'_>,
     (mean, whole): (History, u32),
 ) -> Result<Handle, ProgramError> {
-    let finding = Finding::new(r, settings, whole < UNFILTERED_MEAN);
+    let finding = OcclusionPasses::new(r, settings, whole < UNFILTERED_MEAN);
     let target = share_texture(r, finding.last_name(), finding.desc);
     let found = finding.record(r, inputs, target)?;
     let step = finding.upsample(r, inputs, &found);
@@ -196,7 +215,7 @@ fn share_texture(r: &mut Recorder<'_, '_>, name: &'static str, desc: TextureDesc
 }
 
 /// How a picture of occlusion is made, at its size.
-struct Finding<'s> {
+struct OcclusionPasses<'s> {
     /// Of the pass that looks around, of the one that takes noise out, and of the one that brings it to the full size.
     names: [&'static str; 3],
     settings: &'s OcclusionSettings,
@@ -213,7 +232,7 @@ struct Finding<'s> {
     bridges_grooves: bool,
 }
 
-impl<'s> Finding<'s> {
+impl<'s> OcclusionPasses<'s> {
     fn new(r: &Recorder<'_, '_>, settings: &'s OcclusionSettings, is_filtered: bool) -> Self {
         let side_px = settings.resolution.side_px();
         // Directions take the other channels. At the full size distances are there as they are.

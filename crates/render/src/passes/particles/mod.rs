@@ -5,12 +5,16 @@
 
 use crate::fog::{FogSettings, FogUniform};
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::PassInfo;
 use crate::record::{ADD, Recorder};
 use crate::shader::program::ProgramError;
 use crate::transparency::SUM;
 use glam::{Vec2, Vec3};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use manypass_scene::particles::Look;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("particles");
 
 /// How many pairs of particles that shade each other a frame looks at, unless that were fewer than [`OCCLUDERS_MIN`] for
 /// each.

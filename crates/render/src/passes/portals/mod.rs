@@ -3,11 +3,15 @@
 //! Drawn over all that is opaque, after fog, which the view that is seen has for itself, and before what is blended. Reads:
 //! radiance of the view behind. Writes: radiance, depth.
 
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use glam::{Vec3, Vec4};
 use manypass_graph::{ColorLoad, Handle};
 use manypass_scene::capture::OUTLINE_CORNERS_MAX;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("portals");
 
 /// An end of a portal that a view shows.
 #[derive(Debug)]

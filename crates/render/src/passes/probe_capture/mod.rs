@@ -8,6 +8,7 @@
 use crate::constants::{PROBE_FACE_SIDE, PROBE_HEIGHT, PROBE_WIDTH};
 use crate::environment::ENVIRONMENT_FORMAT;
 use crate::environment::lobe::FACES;
+use crate::pass_info::PassInfo;
 use crate::probes::TILE_SIDE;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
@@ -16,6 +17,9 @@ use glam::{Vec3, Vec4};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use manypass_scene::environment::suns::SUNS_MAX;
 use std::f32::consts::PI;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("probe_capture");
 
 /// The coefficients of light.
 const COEFFICIENTS: u32 = 9;

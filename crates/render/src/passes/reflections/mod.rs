@@ -1,6 +1,6 @@
 //! reflections: opaque surfaces reflect each other as far as the picture shows them, in place of the environment.
 //!
-//! Sources: rays in the picture (McGuire & Mara 2014, "Efficient GPU Screen-Space Ray Tracing") over a pyramid of least
+//! Sources: rays in the picture (McGuire & Mara 2014, "Efficient GPU Screen-Space Ray RayPasses") over a pyramid of least
 //! distances (Uludag 2014, "Hi-Z Screen-Space Cone-Traced Reflections"), to visible normals of GGX (Heitz 2018); what
 //! differs from them stands in `trace.wgsl`. Each sample of a still has another ray, so that their mean converges; that
 //! of few samples is a pattern of 4 × 4 texels, which `reflections.filter` takes out. Where rays are of half the size,
@@ -9,21 +9,40 @@
 //! surface and with the same shares; surfaces that are shaded where they are drawn do that themselves.
 //! Reads: G-buffer, linear_depth, occlusion, radiance. Writes: radiance.
 
+mod cache;
 mod settings;
 
+pub use cache::CachedReflections;
 pub use settings::ReflectionSettings;
 
 use crate::constants::{RADIANCE_MAX, REFLECTION_LEVELS};
 use crate::gbuffer::{Gbuffer, LINEAR_DEPTH, RADIANCE};
 use crate::occlusion::Occlusion;
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::{ADD, DrawSelection, Fullscreen, PicturePart, Recorder, Texels};
+use crate::render_settings::Path;
 use crate::resolution::Resolution;
 use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
+use cache::CacheState;
 use glam::Vec2;
 use manypass_graph::{ColorLoad, DepthLoad, Handle, History, TextureDesc};
 use manypass_scene::Aabb;
 use std::iter::successors;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo {
+    off: Some("reflections.enabled=false"),
+    paths: &[Path::Deferred, Path::Forward, Path::ForwardBatched],
+    in_fisheye: false,
+    tiers: &["medium", "high", "ultra"],
+    ..PassInfo::new("reflections")
+};
+
+/// How far it looks; none if settings switch it off.
+pub fn reach(settings: &ReflectionSettings) -> Option<Reach> {
+    settings.enabled.is_on().then_some(Reach::FirstSamples)
+}
 
 /// Where nothing is reflected.
 const NOTHING: ColorLoad = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
@@ -139,48 +158,6 @@ pub fn is_needed(r: &Recorder<'_, '_>, settings: &ReflectionSettings) -> bool {
     settings.enabled.is_on() && settings.roughness_max > 0.0 && !r.view.counts_pairs()
 }
 
-/// What samples of a still that leaves tiles out have of earlier ones.
-pub struct CachedReflections {
-    state: CacheState,
-    is_dark: bool,
-}
-
-enum CacheState {
-    /// Each sample looks for itself.
-    Unused,
-    /// This one is among the first, which are so many.
-    Growing(History, u32),
-    /// It is there.
-    Complete(Reflections),
-}
-
-impl CachedReflections {
-    /// What there is of earlier samples.
-    pub fn new(r: &mut Recorder<'_, '_>, settings: &ReflectionSettings) -> Self {
-        let roughness_max = settings.roughness_max;
-        let state = match r.view.whole_samples.filter(|_| is_needed(r, settings)) {
-            None => CacheState::Unused,
-            Some(whole) => {
-                let mean = r.history("reflections.mean", r.view.desc(RADIANCE));
-                if !mean.is_first && r.view.uniform.sample_index >= whole {
-                    CacheState::Complete(Reflections { texture: mean.previous, side_px: 1, roughness_max })
-                } else {
-                    CacheState::Growing(mean, whole)
-                }
-            }
-        };
-        Self { state, is_dark: r.view.is_environment_dark }
-    }
-
-    /// What light of the environment is taken with: then there is nothing to [`record`]. In the dark no pass takes any.
-    pub fn reflections(&self) -> Option<&Reflections> {
-        match &self.state {
-            CacheState::Complete(reflections) if !self.is_dark => Some(reflections),
-            _ => None,
-        }
-    }
-}
-
 /// Records the passes, if the settings ask for them. `radiance` is what is added to. Also gives what was found of each
 /// pixel, if the picture shows surfaces that are shaded where they are drawn, to which it is still to be added.
 ///
@@ -198,7 +175,7 @@ pub fn record(
     let met = screen.radiance.unwrap_or(&radiance);
     let found = match cached.state {
         CacheState::Unused => {
-            Tracing::new(r, settings, (r.view.sample_count, UNFILTERED_RAYS)).record(r, screen, met)?
+            RayPasses::new(r, settings, (r.view.sample_count, UNFILTERED_RAYS)).record(r, screen, met)?
         }
         CacheState::Growing(mean, whole) => record_mean(r, settings, (screen, met), (mean, whole))?,
         CacheState::Complete(reflections) => reflections,
@@ -248,7 +225,7 @@ fn record_mean(
     (screen, met): (ScreenInputs<'_>, &Handle),
     (mean, whole): (History, u32),
 ) -> Result<Reflections, ProgramError> {
-    let found = Tracing::new(r, settings, (whole, UNFILTERED_MEAN)).record(r, screen, met)?;
+    let found = RayPasses::new(r, settings, (whole, UNFILTERED_MEAN)).record(r, screen, met)?;
     let step = screen.gbuffer.read_by(r.fullscreen("reflections.mean", "reflections_keep", &[]));
     let step = Reflections::read_by(Some(&found), step).read("previous_reflections", &mean.previous);
     step.draw_into(mean.next, ColorLoad::Discard)?;
@@ -262,7 +239,7 @@ fn half_spacing_px(side_px: u32, samples: u32) -> f32 {
 }
 
 /// How rays are followed, and into what.
-struct Tracing<'s> {
+struct RayPasses<'s> {
     settings: &'s ReflectionSettings,
     uniform: ReflectionsUniform,
     desc: TextureDesc,
@@ -273,7 +250,7 @@ struct Tracing<'s> {
     smooth_only: bool,
 }
 
-impl<'s> Tracing<'s> {
+impl<'s> RayPasses<'s> {
     /// Of so many samples of which the picture shows the mean, and whose noise is filtered if they are fewer than that.
     fn new(r: &Recorder<'_, '_>, settings: &'s ReflectionSettings, (samples, unfiltered): (u32, u32)) -> Self {
         let is_filtered = samples < unfiltered || r.view.shows_few_samples();

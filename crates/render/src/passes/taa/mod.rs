@@ -22,11 +22,20 @@ mod settings;
 pub use settings::TaaSettings;
 
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::{Recorder, Texels};
 use crate::shader::program::ProgramError;
 use crate::view::CameraStep;
 use glam::Vec4;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { off: Some("taa.enabled=false"), tiers: &[], ..PassInfo::deferred("taa") };
+
+/// How far it looks; none if settings switch it off. Of several samples the first alone is anti-aliased over time.
+pub fn reach(settings: &TaaSettings) -> Option<Reach> {
+    settings.enabled.then_some(Reach::FirstSamples)
+}
 
 /// The frames before, which a frame goes on from.
 #[derive(Clone, Copy, Debug)]

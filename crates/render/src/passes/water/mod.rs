@@ -6,6 +6,7 @@
 
 use crate::ground::ViewGround;
 use crate::mirror_picture::{MirrorPicture, MirrorUniform};
+use crate::pass_info::PassInfo;
 use crate::record::{ADD, Recorder};
 use crate::shader::program::ProgramError;
 use crate::waves::WAVES_ACROSS;
@@ -14,6 +15,9 @@ use manypass_graph::{ColorLoad, Handle};
 use manypass_scene::capture::{OUTLINE_CORNERS_MAX, Panel};
 use manypass_scene::simulation::Place;
 use manypass_scene::water::Water;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("water");
 
 /// Rays of a pixel of moving water, in each sample of a still of several, and in a picture of few.
 const RAYS: u32 = 2;
