@@ -26,7 +26,7 @@ pub struct MonitorInputs<'h> {
     /// What is done once this frame was added, if its mean is of display colours.
     pub adaptive_step: adaptive::Step,
     /// What that is done to.
-    pub settling: Option<adaptive::Settling>,
+    pub settling: Option<adaptive::ConvergedTiles>,
 }
 
 /// Draws what a monitor's camera sees into the texture that screens show: display colours in linear light, with mips.

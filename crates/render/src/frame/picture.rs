@@ -106,7 +106,7 @@ pub fn effect_passes<'f>(
 /// A program that does not compile, or declares what nobody binds.
 pub fn exposure_passes(
     r: &mut Recorder<'_, '_>,
-    adapting: Option<&meter::Adapting>,
+    adapting: Option<&meter::AdaptationStep>,
     radiance: &Handle,
 ) -> Result<Option<Handle>, ProgramError> {
     adapting.map(|adapting| meter::record_adapted(r, adapting, radiance)).transpose()
@@ -319,7 +319,7 @@ pub struct Picture<'t> {
     /// What is done once this frame was added, if its means are of display colours.
     pub adaptive_step: adaptive::Step,
     /// What that is done to.
-    pub settling: Option<adaptive::Settling>,
+    pub settling: Option<adaptive::ConvergedTiles>,
     /// What comes through glass of the background beside what alpha says, if there is any.
     pub tint: Option<Tint>,
 }

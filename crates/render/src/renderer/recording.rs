@@ -17,7 +17,7 @@ use crate::gbuffer::{Gbuffer, ViewOutputs};
 use crate::mirror_picture::MirrorPicture;
 use crate::outline::rectangle_of;
 use crate::overlay::draw::OverlayDraw;
-use crate::passes::adaptive::Settling;
+use crate::passes::adaptive::ConvergedTiles;
 use crate::passes::fisheye::FaceRadiance;
 use crate::passes::mirrors::MirrorDraw;
 use crate::passes::particles::ParticlesDraw;
@@ -148,7 +148,7 @@ struct Seen<'f> {
     radiance: Handle,
     depth: Handle,
     means: Means,
-    settling: Option<Settling>,
+    settling: Option<ConvergedTiles>,
     /// The stops of an exposure that adapts.
     adapted: Option<Handle>,
 }

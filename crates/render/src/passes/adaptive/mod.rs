@@ -82,9 +82,9 @@ impl Step {
     }
 }
 
-/// What is kept of settled tiles from sample to sample.
+/// Which tiles have converged, and what that is told from, kept from sample to sample.
 #[derive(Debug)]
-pub struct Settling {
+pub struct ConvergedTiles {
     /// Which tiles are settled; a texel for each.
     pub settled: Handle,
     /// The mean of half of the samples.
@@ -126,7 +126,7 @@ pub fn record(
     settings: &AdaptiveSettings,
     (step, sample_index): (Step, u32),
     mean: &Handle,
-    Settling { settled, half }: Settling,
+    ConvergedTiles { settled, half }: ConvergedTiles,
 ) -> Result<(), ProgramError> {
     if let Step::Settle { is_first, .. } = step {
         let threshold = settings.threshold / 255.0;

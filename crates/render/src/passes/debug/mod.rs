@@ -15,7 +15,7 @@ pub use settings::{DebugSettings, DebugView};
 use crate::pass_info::PassInfo;
 use crate::record::{ADD, DrawSelection, Recorder};
 use crate::shader::program::ProgramError;
-use legends::{BACKGROUND, Color, Drawn, ViewDrawing};
+use legends::{BACKGROUND, Color, Legend, ViewDrawing};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 use std::borrow::Cow;
 
@@ -44,13 +44,13 @@ struct DebugUniform {
 }
 
 impl DebugUniform {
-    fn new(drawn: Drawn, display: &Handle) -> Self {
+    fn new(drawn: Legend, display: &Handle) -> Self {
         let with = |color: Color, last: f32| {
             let [r, g, b] = color.map(|byte| f32::from(byte) / 255.0);
             [r, g, b, last]
         };
         let mut steps = [with(BACKGROUND, f32::MAX); STEPS_MAX];
-        if let Drawn::Steps(of_view) = drawn {
+        if let Legend::Steps(of_view) = drawn {
             for (step, (from, color, _)) in steps.iter_mut().zip(of_view) {
                 *step = with(*color, *from);
             }
@@ -69,7 +69,7 @@ pub fn record(r: &mut Recorder<'_, '_>, settings: &DebugSettings, display: Handl
     let Some(shown) = ViewDrawing::of(settings.view) else { return Ok(display) };
     let drawn = record_surfaces(r, shown)?;
     r.legend("debug", shown.legend());
-    let has_steps = matches!(shown.drawn, Drawn::Steps(_));
+    let has_steps = matches!(shown.drawn, Legend::Steps(_));
     let uniform = DebugUniform::new(shown.drawn, &display);
     r.fullscreen("debug", "debug", &[])
         .constant("has_steps", u32::from(has_steps))
@@ -153,7 +153,7 @@ mod tests {
                 assert!(legend[..i].iter().all(|other| other.color_srgb != entry.color_srgb), "{name}: {entry:?}");
                 assert!(entry.label.is_ascii() && entry.label.len() < 38, "{name}: {entry:?} fits a sheet");
             }
-            let Drawn::Steps(steps) = shown.drawn else { continue };
+            let Legend::Steps(steps) = shown.drawn else { continue };
             assert!(steps.len() <= STEPS_MAX && steps[0].0 == 0.0 && steps.is_sorted_by(|a, b| a.0 < b.0), "{name}");
         }
     }

@@ -39,7 +39,7 @@ pub fn reach(settings: &TaaSettings) -> Option<Reach> {
 
 /// The frames before, which a frame goes on from.
 #[derive(Clone, Copy, Debug)]
-pub struct FramesBefore {
+pub struct PreviousFrames {
     /// From where the last one was seen.
     pub camera_step: CameraStep,
     /// What its radiance is multiplied by to be this frame's: pre-exposure may have changed.
@@ -54,7 +54,7 @@ pub struct TemporalFrame {
     /// From pre-exposed radiance to what the tone curve takes.
     pub exposure: f32,
     /// None if it is the first.
-    pub before: Option<FramesBefore>,
+    pub before: Option<PreviousFrames>,
     /// The picture's size, if what is written has that, and not the size at which the frame was shaded.
     pub upscaled_to: Option<(u32, u32)>,
 }
@@ -116,7 +116,7 @@ impl TaaUniform {
     fn new(
         settings: &TaaSettings,
         frame: &TemporalFrame,
-        before: Option<&FramesBefore>,
+        before: Option<&PreviousFrames>,
         [shaded, size]: [(u32, u32); 2],
     ) -> Self {
         let size_px = [size.0 as f32, size.1 as f32];
