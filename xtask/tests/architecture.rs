@@ -17,7 +17,7 @@ const FOLDERS: [&str; 3] = ["", "crates/render/src", "crates/render/src/shaders"
 const QUESTIONS: [(&str, &[&str]); 5] = [
     ("shadow bias", &["shadows/settings.rs", "shaders/shadows.wgsl"]),
     ("fog and water", &["frame.rs"]),
-    ("a new AOV", &["aov.rs", "gbuffer.rs", "frame/surfaces.rs"]),
+    ("a new AOV", &["aov.rs", "gbuffer.rs", "frame/surfaces/deferred.rs"]),
     ("a new stage key", &["crates/scene/src/stage/keys/"]),
     ("a new texture file format", &["crates/scene/src/image.rs", "crates/scene/src/image/"]),
 ];

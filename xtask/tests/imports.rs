@@ -54,7 +54,7 @@ fn every_file_of_the_renderer_is_read() {
         .collect();
     assert!(unread.is_empty(), "no module has the files {unread:?}");
     let has = |by: &str, of: &str| renderer().imports().any(|import| (import.0, import.1) == (by, of));
-    assert!(has("frame.rs", "passes/geometry/mod.rs") && has("passes/geometry/mod.rs", "gbuffer.rs"));
+    assert!(has("frame.rs", "passes/background/mod.rs") && has("passes/geometry/mod.rs", "gbuffer.rs"));
     assert!(renderer().imports().count() > 100, "{} imports", renderer().imports().count());
 }
 

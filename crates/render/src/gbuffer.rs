@@ -110,6 +110,23 @@ pub struct ViewOutputs {
     pub tint: Option<Handle>,
 }
 
+impl ViewOutputs {
+    /// Radiance and depth alone.
+    pub fn new(radiance: Handle, depth: Handle) -> Self {
+        Self {
+            radiance,
+            depth,
+            gbuffer: None,
+            emission: None,
+            ids: None,
+            motion: None,
+            occlusion: None,
+            occlusion_screen: None,
+            tint: None,
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::RADIANCE;

@@ -44,6 +44,7 @@ mod occlusion;
 mod octahedral;
 mod outline;
 mod overlay;
+mod pass_info;
 mod passes;
 mod pose;
 mod probes;

@@ -24,7 +24,7 @@ struct CoarseOcclusion {
 impl CoarseOcclusion {
     /// Of what was found, with the constant that says how large its texels are.
     fn of(found: Option<&Occlusion>) -> (Self, Constant) {
-        let before = found.and_then(|found| found.found_before);
+        let before = found.and_then(|found| found.cache);
         let uniform = Self { reach_m: before.map_or(1.0, |before| before.reach_m), ..Self::default() };
         (uniform, ("occlusion_side", before.map_or(0, |before| before.side_px)))
     }
@@ -32,7 +32,7 @@ impl CoarseOcclusion {
 
 /// What an earlier sample of a still found for all.
 #[derive(Clone, Copy, Debug)]
-pub struct FoundBefore {
+pub struct OcclusionCache {
     /// Pixels along a texel's side.
     pub side_px: u32,
     /// How far from the tangent plane another surface begins.
@@ -43,7 +43,7 @@ pub struct FoundBefore {
 #[derive(Debug)]
 pub struct Occlusion {
     /// If an earlier sample found it: its texels are of squares of pixels, and say how far away surfaces were.
-    pub found_before: Option<FoundBefore>,
+    pub cache: Option<OcclusionCache>,
     /// Of each pixel the share of diffuse light that reaches it, and in the other channels its mean direction, if it is
     /// bent.
     pub texture: Handle,

@@ -12,6 +12,8 @@ use crate::effect::{Effect, EffectStage};
 use crate::environment::Environment;
 use crate::exposure::{Adaptation, Exposure, Metering};
 use crate::fisheye::FisheyeLens;
+use crate::pass_info::Reach;
+use crate::passes::PASSES;
 use crate::passes::upscale::UpscaleMethod;
 use crate::pose::Pose;
 use crate::render_settings::Path;
@@ -141,16 +143,15 @@ impl FrameRequest {
     }
 
     /// Whether later samples leave out what earlier ones agree on, as far as the request says: where display colours
-    /// are averaged, and no pass of their frames looks at what lies beside its pixel. Occlusion is what earlier ones found,
-    /// but with its direction it takes all samples to converge.
+    /// are averaged, and no pass of their frames looks at what lies beside its pixel ([`Reach`]), nor an effect.
     pub(crate) fn is_adaptive(&self) -> bool {
-        let Settings { adaptive, render, msaa, fog, occlusion, reflections, gi, shadows, .. } = &self.settings;
-        let is_of_pixels =
-            render.scale == 1.0 && msaa.samples.count() == 1 && !fog.scatters() && !self.changes_radiance();
-        let is_found_before = !occlusion.bent_normals && render.path == Path::Deferred;
-        let is_of_pixels = is_of_pixels && (!occlusion.enabled.is_on() || is_found_before) && !self.is_fisheye();
-        let is_of_pixels = is_of_pixels && (!reflections.enabled.is_on() || is_found_before);
-        let is_of_pixels = is_of_pixels && !gi.enabled && !shadows.has_contact();
+        let Settings { adaptive, render, .. } = &self.settings;
+        let is_of_pixels = PASSES.iter().all(|pass| match (pass.reach)(&self.settings) {
+            None | Some(Reach::OwnPixel) => true,
+            Some(Reach::FirstSamples) => render.path == Path::Deferred,
+            Some(Reach::EverySample) => false,
+        });
+        let is_of_pixels = is_of_pixels && !self.changes_radiance();
         adaptive.threshold > 0.0 && is_of_pixels && self.averages_display() && !self.averages_radiance()
     }
 

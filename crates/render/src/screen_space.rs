@@ -30,14 +30,14 @@ const FOUND_WITH_LAYERS: &str = "behind";
 
 /// Light that surfaces of the picture send to the others, for those that are shaded where they are drawn.
 #[derive(Debug)]
-pub struct FoundLight {
+pub struct ScreenSpaceLight {
     /// Of each pixel its radiance times the share of directions from which it comes, and that share.
     pub texture: Handle,
     /// Whether it takes the place of the environment's, which no occlusion takes away.
     pub takes_environment: bool,
 }
 
-impl FoundLight {
+impl ScreenSpaceLight {
     /// Declares that a pass which draws surfaces with layers reads it.
     pub fn bind(&self, pass: &mut SurfacePass<'_, '_>) {
         Occlusion::bind(None, pass);
@@ -48,14 +48,14 @@ impl FoundLight {
 
 /// What is known before surfaces get light of the environment.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct InPicture<'h> {
+pub struct ScreenSpaceEffects<'h> {
     /// What they hide of it from each other.
     pub occlusion: Option<&'h Occlusion>,
     /// What they reflect in its place, if an earlier sample of a still found that.
     pub reflections: Option<&'h Reflections>,
 }
 
-impl InPicture<'_> {
+impl ScreenSpaceEffects<'_> {
     /// The same of a pass that draws opaque surfaces, and of reflections whose texels are those of pixels. Only those
     /// with layers reflect, and find it in the texture in which glass has what is seen through it: WebGL 2 has no more.
     pub fn bind(self, pass: &mut SurfacePass<'_, '_>) {

@@ -7,8 +7,10 @@ pub use crate::setting::{
 
 use crate::camera_settings::Fisheye;
 use crate::diagnostic::Diagnostic;
+use crate::pass_info::PassInfo;
 use crate::passes::debug::DebugView;
 use crate::passes::upscale::UpscaleMethod;
+use crate::passes::{PASSES, Pass};
 use crate::render_settings::Path;
 use crate::setting::unknown_key;
 use manypass_scene::renamed::{NameKind, current, renamed};
@@ -179,17 +181,9 @@ impl Settings {
             let key = format!("msaa.samples={}", self.msaa.samples.count());
             return Err(SettingsError::Needs { key, needs: "render.path=forward", found: path.name() });
         }
-        let is_per_pixel = path != Path::Gouraud;
-        for (group, enabled, has_it) in [
-            ("occlusion", self.occlusion.enabled.is_on(), is_per_pixel),
-            ("reflections", self.reflections.enabled.is_on(), is_per_pixel),
-            ("gi", self.gi.enabled, path == Path::Deferred),
-            ("taa", self.taa.enabled, path == Path::Deferred),
-        ] {
-            if enabled && !has_it {
-                let key = format!("{group}.enabled=true");
-                return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
-            }
+        if let Some((group, _)) = self.switched_passes().find(|(_, info)| !info.paths.contains(&path)) {
+            let key = format!("{group}.enabled=true");
+            return Err(SettingsError::Needs { key, needs: "render.path=deferred", found: path.name() });
         }
         if self.shadows.contact_m > 0.0 && path != Path::Deferred {
             let key = format!("shadows.contact_m={}", self.shadows.contact_m);
@@ -202,10 +196,10 @@ impl Settings {
         if self.camera.fisheye != Fisheye::None {
             let key = format!("camera.fisheye={}", self.camera.fisheye.name());
             let view = self.debug.view;
+            let pass = self.switched_passes().find(|(_, info)| !info.in_fisheye);
+            let needs = pass.and_then(|(_, info)| info.off);
             let refused = [
-                (self.occlusion.enabled.is_on(), "occlusion.enabled=false", "true"),
-                (self.reflections.enabled.is_on(), "reflections.enabled=false", "true"),
-                (self.gi.enabled, "gi.enabled=false", "true"),
+                (needs.is_some(), needs.unwrap_or_default(), "true"),
                 (self.shadows.contact_m > 0.0, "shadows.contact_m=0", "above 0"),
                 (self.camera.f_stop > 0.0, "camera.f_stop=0", "above 0"),
                 (view != DebugView::Off, "debug.view=off", view.name()),
@@ -215,6 +209,13 @@ impl Settings {
             }
         }
         Ok(())
+    }
+
+    /// Passes that are on and that a setting `enabled` switches off, with the group of that setting.
+    fn switched_passes(&self) -> impl Iterator<Item = (&'static str, &'static PassInfo)> {
+        let is_on = |pass: &&Pass| (pass.reach)(self).is_some();
+        let key = |pass: &'static Pass| Some((pass.info.off?.strip_suffix(".enabled=false")?, &pass.info));
+        PASSES.iter().filter(is_on).filter_map(key)
     }
 
     /// Reads settings from TOML; what it does not name keeps its default. `file` appears in errors.

@@ -294,9 +294,19 @@ fn read(source: Source<'_>, name: &str, place: Range<usize>) -> Result<String, B
 mod tests {
     use super::*;
     use crate::user_shader::scan::scan;
+    use std::collections::BTreeSet;
 
     fn parse(text: &str) -> Result<Header, String> {
         Header::parse(Source { file: "a.wgsl", text }, &scan(text)).map_err(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_effects_read_is_of_a_pass() {
+        let of_passes: BTreeSet<&str> =
+            crate::passes::PASSES.iter().flat_map(|pass| pass.info.effect_inputs).copied().collect();
+        // What an effect made itself in the last frame.
+        let inputs: BTreeSet<&str> = READS.iter().map(|(name, _)| *name).filter(|name| *name != "previous").collect();
+        assert_eq!(of_passes, inputs);
     }
 
     #[test]

@@ -1,7 +1,7 @@
 //! Exposure that goes on from frame to frame.
 
 use super::Exposure;
-use crate::passes::meter::{Adapting, radius_px};
+use crate::passes::meter::{AdaptationStep, radius_px};
 use crate::request::FrameRequest;
 use crate::setting::choices;
 
@@ -64,7 +64,7 @@ impl FrameRequest {
 
     /// How it does, after a frame of the view that did, if there was one. Samples of a still have one exposure, that of
     /// the first; those of a live view are frames that follow each other.
-    pub(crate) fn adapting(&self, is_after_another: bool) -> Option<Adapting> {
+    pub(crate) fn adapting(&self, is_after_another: bool) -> Option<AdaptationStep> {
         let exposure = &self.settings.exposure;
         let secs = match self.adaptation {
             Adaptation::After { secs } => secs.max(0.0),
@@ -73,7 +73,7 @@ impl FrameRequest {
         let is_held = is_after_another && self.sample_index > 0 && !self.goes_on;
         let keep = [exposure.adapt_to_light_s, exposure.adapt_to_dark_s].map(|time_s| (-secs / time_s).exp());
         let is_first = self.adaptation == Adaptation::Begins && self.sample_index == 0;
-        self.adapts().then(|| Adapting {
+        self.adapts().then(|| AdaptationStep {
             pattern: exposure.metering as u32,
             radius: exposure.metering.radius(),
             pre_exposure_stops: self.pre_exposure().log2(),

@@ -9,15 +9,15 @@ use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use manypass_graph::Handle;
 
-/// What surfaces leave that something is seen through.
-pub(super) struct Translucent {
+/// What glass and blended surfaces leave.
+pub(super) struct TranslucencyTargets {
     pub radiance: Handle,
     pub depth: Handle,
-    /// How much of the background comes through, if that is none of radiance and there is glass.
+    /// How much of the background comes through, if radiance does not hold that and there is glass.
     pub transmittance: Option<Handle>,
 }
 
-impl Translucent {
+impl TranslucencyTargets {
     pub fn new((radiance, depth): (Handle, Handle), transmittance: Option<Handle>) -> Self {
         Self { radiance, depth, transmittance }
     }
@@ -48,7 +48,7 @@ pub(super) fn transmissive_passes(
     settings: &Settings,
     radiance: Handle,
     depth: Handle,
-) -> Result<Translucent, ProgramError> {
+) -> Result<TranslucencyTargets, ProgramError> {
     let (view, world) = (r.view, r.frame.world);
     let most = settings.transparency.refractive_layers;
     let layers = layers_of_glass(&view.draws.transmissive, world, &view.uniform, most);
@@ -56,7 +56,7 @@ pub(super) fn transmissive_passes(
     // Of several samples a pixel distances are those of the middle, without glass.
     let is_multisampled = has_bodies && depth.desc().samples > 1;
     let middles = if is_multisampled { Some(forward::record_depth(r, "glass.middles")?) } else { None };
-    let mut drawn = Translucent { radiance, depth, transmittance: None };
+    let mut drawn = TranslucencyTargets { radiance, depth, transmittance: None };
     let mut layers_before = layers.len();
     for draws in &layers {
         layers_before -= 1;
@@ -76,8 +76,8 @@ fn layer_passes(
     settings: &Settings,
     (draws, suffix): (&[Draw], &str),
     middles: Option<&Handle>,
-    Translucent { radiance, depth, transmittance }: Translucent,
-) -> Result<Translucent, ProgramError> {
+    TranslucencyTargets { radiance, depth, transmittance }: TranslucencyTargets,
+) -> Result<TranslucencyTargets, ProgramError> {
     let fog = &settings.fog;
     let (radiance, mean) = resolve::record_between(r, format!("behind{suffix}.resolve"), radiance);
     let so_far = mean.as_ref().unwrap_or(&radiance);
@@ -91,13 +91,13 @@ fn layer_passes(
     let bodies = body_passes(r, (draws, suffix), middles.unwrap_or(&depth))?;
     let layer = GlassLayer { draws, suffix, behind: Some(&behind), bodies: bodies.as_ref() };
     let (radiance, depth) = forward::record_transmissive(r, fog, (layer, is_apart), radiance, depth)?;
-    let Some(uncovered) = uncovered else { return Ok(Translucent { radiance, depth, transmittance: None }) };
+    let Some(uncovered) = uncovered else { return Ok(TranslucencyTargets { radiance, depth, transmittance: None }) };
     let name = format!("transmittance.behind{suffix}");
     let (uncovered, mean) = resolve::record_between(r, format!("{name}.resolve"), uncovered);
     let behind = mips::record_of(r, &name, mean.as_ref().unwrap_or(&uncovered))?;
     let layer = GlassLayer { behind: Some(&behind), ..layer };
     let transmittance = forward::record_transmittance(r, fog, layer, uncovered, &depth)?;
-    Ok(Translucent { radiance, depth, transmittance: Some(transmittance) })
+    Ok(TranslucencyTargets { radiance, depth, transmittance: Some(transmittance) })
 }
 
 /// Where rays leave the bodies of a layer, if there are any; `depth` is that of what lies behind them.

@@ -10,7 +10,7 @@ use manypass_graph::{ColorLoad, Handle};
 
 /// What a monitor's camera sees.
 #[derive(Debug)]
-pub struct Monitored<'h> {
+pub struct MonitorInputs<'h> {
     /// The radiance of a sample.
     pub radiance: &'h Handle,
     /// Depth of the view: where it is nearest, tiles are settled, and keep their mean.
@@ -26,7 +26,7 @@ pub struct Monitored<'h> {
     /// What is done once this frame was added, if its mean is of display colours.
     pub adaptive_step: adaptive::Step,
     /// What that is done to.
-    pub settling: Option<adaptive::Settling>,
+    pub settling: Option<adaptive::ConvergedTiles>,
 }
 
 /// Draws what a monitor's camera sees into the texture that screens show: display colours in linear light, with mips.
@@ -36,10 +36,10 @@ pub struct Monitored<'h> {
 pub fn monitor_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
-    monitored: Monitored<'_>,
+    inputs: MonitorInputs<'_>,
     texture: Handle,
 ) -> Result<(), ProgramError> {
-    let Monitored { radiance, depth, means, sample_index, exposure, adapted, adaptive_step, settling } = monitored;
+    let MonitorInputs { radiance, depth, means, sample_index, exposure, adapted, adaptive_step, settling } = inputs;
     let curve = settings.tone_map.curve;
     let share = |average| accumulate::Share { average, part: Part::Whole, sample_index, exposure };
     let background = settings.background.source;
@@ -57,9 +57,10 @@ pub fn monitor_passes(
         }
         Means::None | Means::Both(_) | Means::Parts { .. } => (None, tone_map::Display { is_mean: false, ..linear }),
     };
-    let shown = tone_map::Shown { radiance: mean.as_ref().unwrap_or(radiance), glow: None, adapted, tint: None };
+    let inputs =
+        tone_map::DisplayInputs { radiance: mean.as_ref().unwrap_or(radiance), glow: None, adapted, tint: None };
     let first = r.graph.subview(&texture, 0, 0);
-    tone_map::record(r, "monitor", &settings.tone_map, left, shown, first)?;
+    tone_map::record(r, "monitor", &settings.tone_map, left, inputs, first)?;
     mips::record(r, "monitor", mips::Filter::Box, &texture)?;
     r.graph.export(texture);
     if let Some(mean) = mean {

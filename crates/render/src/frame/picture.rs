@@ -30,17 +30,7 @@ pub(crate) fn fisheye_passes(
 ) -> Result<ViewOutputs, ProgramError> {
     let radiance = fisheye::record(r, lens, sample, faces)?;
     let depth = r.texture("depth", wgpu::TextureFormat::Depth32Float);
-    Ok(ViewOutputs {
-        radiance,
-        depth,
-        gbuffer: None,
-        emission: None,
-        ids: None,
-        motion: None,
-        occlusion: None,
-        occlusion_screen: None,
-        tint: None,
-    })
+    Ok(ViewOutputs::new(radiance, depth))
 }
 
 /// Anti-aliasing by the frames before, where those follow each other.
@@ -57,8 +47,8 @@ pub fn temporal_passes(
     let (Some(frame), Some(gbuffer), Some(motion)) = (frame, &outputs.gbuffer, &outputs.motion) else {
         return Ok(outputs);
     };
-    let shown = taa::Shown { radiance: &outputs.radiance, linear_depth: &gbuffer.linear_depth, motion };
-    let radiance = taa::record(r, &settings.taa, frame, shown)?;
+    let inputs = taa::FrameInputs { radiance: &outputs.radiance, linear_depth: &gbuffer.linear_depth, motion };
+    let radiance = taa::record(r, &settings.taa, frame, inputs)?;
     Ok(ViewOutputs { radiance, ..outputs })
 }
 
@@ -116,7 +106,7 @@ pub fn effect_passes<'f>(
 /// A program that does not compile, or declares what nobody binds.
 pub fn exposure_passes(
     r: &mut Recorder<'_, '_>,
-    adapting: Option<&meter::Adapting>,
+    adapting: Option<&meter::AdaptationStep>,
     radiance: &Handle,
 ) -> Result<Option<Handle>, ProgramError> {
     adapting.map(|adapting| meter::record_adapted(r, adapting, radiance)).transpose()
@@ -209,11 +199,12 @@ pub fn output_passes<'f>(
     };
     let radiance = mean.as_ref().unwrap_or(radiance);
     let tint = tint.map(|tint| tint_passes(r, of_radiance, tint)).transpose()?;
-    let shown = tone_map::Shown { radiance, glow: glow.as_ref(), adapted, tint: tint.as_ref().map(|(tint, _)| tint) };
+    let inputs =
+        tone_map::DisplayInputs { radiance, glow: glow.as_ref(), adapted, tint: tint.as_ref().map(|(tint, _)| tint) };
     let is_of_display =
         |effect: &&Arc<dyn Effect>| is_shown && effect.is_on() && effect.stage() == EffectStage::Display;
     let on_display = effects.iter().any(|effect| is_of_display(&effect)).then_some(effects);
-    let display = display_passes(r, &settings.tone_map, (left, shown), on_display, display)?;
+    let display = display_passes(r, &settings.tone_map, (left, inputs), on_display, display)?;
     let display = debug::record(r, &settings.debug, display)?;
     let display = overlay_passes(r, overlay, display, over)?;
     for mean in mean.into_iter().chain(glow) {
@@ -249,18 +240,18 @@ fn tint_passes(
 fn display_passes<'f>(
     r: &mut Recorder<'_, 'f>,
     tone: &ToneMapSettings,
-    (left, shown): (tone_map::Display, tone_map::Shown<'_>),
+    (left, inputs): (tone_map::Display, tone_map::DisplayInputs<'_>),
     effects: Option<&'f [Arc<dyn Effect>]>,
     display: Handle,
 ) -> Result<Handle, ProgramError> {
-    let Some(effects) = effects else { return tone_map::record(r, "tone_map", tone, left, shown, display) };
+    let Some(effects) = effects else { return tone_map::record(r, "tone_map", tone, left, inputs, display) };
     let linear = r.texture_of("tone_map.linear", TextureDesc { format: RADIANCE, ..display.desc() });
     let left = tone_map::Display { encodes: false, ..left };
-    let linear = tone_map::record(r, "tone_map", tone, left, shown, linear)?;
+    let linear = tone_map::record(r, "tone_map", tone, left, inputs, linear)?;
     let linear = effect::record(r, effects, EffectStage::Display, &FrameTextures::default(), linear)?;
     scrub::count(r, "scrub.display.count".into(), &linear)?;
-    let shown = tone_map::Shown { radiance: &linear, glow: None, adapted: None, tint: None };
-    tone_map::record(r, "tone_map.encode", tone, tone_map::ENCODING, shown, display)
+    let inputs = tone_map::DisplayInputs { radiance: &linear, glow: None, adapted: None, tint: None };
+    tone_map::record(r, "tone_map.encode", tone, tone_map::ENCODING, inputs, display)
 }
 
 /// Whether a picture may let something through.
@@ -328,7 +319,7 @@ pub struct Picture<'t> {
     /// What is done once this frame was added, if its means are of display colours.
     pub adaptive_step: adaptive::Step,
     /// What that is done to.
-    pub settling: Option<adaptive::Settling>,
+    pub settling: Option<adaptive::ConvergedTiles>,
     /// What comes through glass of the background beside what alpha says, if there is any.
     pub tint: Option<Tint>,
 }

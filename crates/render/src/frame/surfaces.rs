@@ -1,13 +1,33 @@
-//! Surfaces before light reaches them: depth, the G-buffer, and what variables need.
+//! Opaque surfaces with their light: the part of the frame in which the paths differ. Each path has a file.
 
+mod deferred;
+mod forward;
+mod lighting;
+
+use super::SceneLayers;
 use crate::aov::AovPasses;
 use crate::gbuffer::{Gbuffer, ViewOutputs};
-use crate::passes::{adaptive, coverage, emission, geometry, ids, linear_depth, mirrors, motion, occlusion};
+use crate::passes::forward::record_layered_reflections;
+use crate::passes::mirrors::MirrorDraw;
+use crate::passes::{adaptive, ids, mirrors, reflections};
 use crate::record::Recorder;
+use crate::render_settings::Path;
+use crate::screen_space::{Reflections, ScreenSpaceEffects};
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use crate::view::CameraStep;
 use manypass_graph::{DepthLoad, Handle};
+
+/// What the opaque surfaces of a view leave, whatever the path.
+#[derive(Debug)]
+pub(super) struct OpaqueSurfaces {
+    /// Their radiance and depth, and what variables and effects read of them.
+    pub outputs: ViewOutputs,
+    /// Their linear depth, if there is no G-buffer that has it and it is known.
+    pub linear_depth: Option<Handle>,
+    /// Whether they were fogged where they were drawn. Then linear depth may be unknown.
+    pub is_fogged: bool,
+}
 
 /// What a view records for variables alone.
 #[derive(Clone, Copy, Debug, Default)]
@@ -30,12 +50,24 @@ impl Variables {
     }
 }
 
-/// The depth that a view begins with: where nothing is to be drawn, because tiles are settled or lie outside of a mirror's
-/// outline, it is nearest of all.
-pub(super) fn begin_depth(r: &mut Recorder<'_, '_>) -> Result<(Handle, DepthLoad), ProgramError> {
-    match r.view.outline {
-        Some(outline) => mirrors::begin_depth(r, &outline),
-        None => adaptive::begin_depth(r),
+/// All opaque surfaces of a view with their light, before anything lies behind or before them.
+pub(super) fn opaque_passes(
+    r: &mut Recorder<'_, '_>,
+    settings: &Settings,
+    variables: &Variables,
+    layers: &SceneLayers,
+) -> Result<OpaqueSurfaces, ProgramError> {
+    match settings.render.path {
+        Path::Deferred => deferred::opaque_passes(r, settings, variables, &layers.mirrors),
+        Path::Forward | Path::ForwardBatched | Path::Gouraud => forward::opaque_passes(r, settings, variables, layers),
+    }
+}
+
+/// The numbers of pairs of a light and what is shaded of opaque surfaces, in place of light; and depth.
+pub(super) fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<(Handle, Handle), ProgramError> {
+    match settings.render.path {
+        Path::Deferred => deferred::pair_passes(r, settings),
+        Path::Forward | Path::ForwardBatched | Path::Gouraud => forward::pair_passes(r, settings),
     }
 }
 
@@ -49,42 +81,57 @@ pub fn variable_passes(
     settings: &Settings,
     variables: &Variables,
 ) -> Result<ViewOutputs, ProgramError> {
-    let (outputs, gbuffer) = surface_passes(r, settings, variables, false)?;
+    let (outputs, gbuffer) = deferred::gbuffer_passes(r, settings, variables, false)?;
     Ok(ViewOutputs { gbuffer: Some(gbuffer), ..outputs })
 }
 
-/// The G-buffer and the passes that variables need; `radiance` holds emission so far. `fills_background` is as for
-/// [`geometry::record`].
-pub(super) fn surface_passes(
+/// The depth that a view begins with. Where nothing is to be drawn, in converged tiles and outside of a mirror's
+/// outline, it is nearest of all.
+fn begin_depth(r: &mut Recorder<'_, '_>) -> Result<(Handle, DepthLoad), ProgramError> {
+    match r.view.outline {
+        Some(outline) => mirrors::begin_depth(r, &outline),
+        None => adaptive::begin_depth(r),
+    }
+}
+
+/// What the mirrors of a view reflect; `depth` has one sample a pixel.
+fn mirror_passes(
+    r: &mut Recorder<'_, '_>,
+    mirrors: &[MirrorDraw],
+    gbuffer: &Gbuffer,
+    depth: &Handle,
+) -> Result<Option<Reflections>, ProgramError> {
+    if mirrors.is_empty() || r.view.counts_pairs() {
+        return Ok(None);
+    }
+    let objects: Vec<u32> = mirrors.iter().map(|mirror| mirror.object).collect();
+    let ids = ids::record_of(r, "mirrors.ids", &objects, depth)?;
+    let texture = mirrors::record(r, mirrors, gbuffer, &ids)?;
+    Ok(Some(Reflections { texture, side_px: 1, roughness_max: 1.0 }))
+}
+
+/// Puts what mirrors reflect in the place of the environment's specular light.
+fn compose_mirrors(
+    r: &mut Recorder<'_, '_>,
+    mirrored: Option<&Reflections>,
+    inputs: reflections::ScreenInputs<'_>,
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    match mirrored {
+        Some(mirrored) => reflections::record_composed(r, "mirrors.compose", inputs, (mirrored, None), radiance),
+        None => Ok(radiance),
+    }
+}
+
+/// Screen-space reflections of surfaces, then of those that are shaded where they are drawn, over their radiance.
+fn reflection_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
-    variables: &Variables,
-    fills_background: bool,
-) -> Result<(ViewOutputs, Gbuffer), ProgramError> {
-    let begun = begin_depth(r)?;
-    let geometry = geometry::record(r, begun, fills_background)?;
-    let linear_depth = linear_depth::record(r, "linear_depth", &geometry.depth)?;
-    let radiance = geometry.radiance.map_or_else(|| coverage::record(r, &geometry.depth), Ok)?;
-    let gbuffer =
-        Gbuffer { base_color: geometry.base_color, normal: geometry.normal, material: geometry.material, linear_depth };
-    let wanted = variables.passes;
-    let emission = wanted.emission.then(|| emission::record(r, &radiance)).transpose()?;
-    let ids = wanted.ids.then(|| ids::record(r, &geometry.depth)).transpose()?;
-    let step = variables.camera_step.as_ref();
-    let motion = wanted.motion.then(|| motion::record(r, &geometry.depth, step)).transpose()?;
-    let seen = occlusion::Seen { normal: &gbuffer.normal, linear_depth: &gbuffer.linear_depth, depth: &geometry.depth };
-    let occlusion_screen =
-        wanted.occlusion_screen.then(|| occlusion::record_variable(r, &settings.occlusion, seen)).transpose()?;
-    let outputs = ViewOutputs {
-        radiance,
-        depth: geometry.depth,
-        gbuffer: None,
-        emission,
-        ids,
-        motion,
-        occlusion: None,
-        occlusion_screen,
-        tint: None,
-    };
-    Ok((outputs, gbuffer))
+    (inputs, cached): (reflections::ScreenInputs<'_>, reflections::CachedReflections),
+    radiance: Handle,
+) -> Result<Handle, ProgramError> {
+    let (radiance, reflections) = reflections::record(r, &settings.reflections, (inputs, cached), radiance)?;
+    let Some(reflections) = reflections else { return Ok(radiance) };
+    let effects = ScreenSpaceEffects { occlusion: inputs.occlusion, reflections: Some(&reflections) };
+    record_layered_reflections(r, effects, inputs.depth, radiance)
 }

@@ -1,4 +1,4 @@
-//! Flat mirrors: which a view shows, and what is asked of the views behind them.
+//! SceneLayers mirrors: which a view shows, and what is asked of the views behind them.
 
 use super::ask::ViewRequest;
 use super::captures::{Part, settings_of, widest_range};
@@ -11,7 +11,7 @@ use crate::frame;
 use crate::gbuffer::ViewOutputs;
 use crate::mirror_picture::MirrorPicture;
 use crate::outline::{is_seen, rectangle_of};
-use crate::passes::mirrors::ShownMirror;
+use crate::passes::mirrors::MirrorDraw;
 use crate::passes::resolve::PixelSamples;
 use crate::record::Recorder;
 use crate::render_settings::Path;
@@ -305,10 +305,10 @@ impl<'s> Mirrors<'s> {
 pub(super) fn shown(
     (asked, setup): (&ViewRequest, &ViewSetup),
     behind: &mut BTreeMap<String, MirrorPicture>,
-) -> Vec<ShownMirror> {
+) -> Vec<MirrorDraw> {
     let shown = |link: &MirrorLink| {
         let Reflector::Node(node) = link.of else { return None };
-        Some(ShownMirror {
+        Some(MirrorDraw {
             object: node.0 + 1,
             normal_world: link.normal_world,
             is_smooth: link.is_smooth,

@@ -6,9 +6,9 @@ use super::prepare_view::{ViewSetup, output_of};
 use super::purpose::Purpose;
 use super::record::RecordInputs;
 use super::record_view::adaptive_step;
-use crate::frame::{self, Means, Monitored};
+use crate::frame::{self, Means, MonitorInputs};
 use crate::gbuffer::ViewOutputs;
-use crate::passes::adaptive::{self, Settling};
+use crate::passes::adaptive::{self, ConvergedTiles};
 use crate::record::{Frame, Recorder};
 use crate::request::RenderError;
 use crate::resources::monitor_desc;
@@ -23,7 +23,7 @@ pub(super) struct MonitorPicture<'f> {
     radiance: Handle,
     depth: Handle,
     means: Means,
-    settling: Option<Settling>,
+    settling: Option<ConvergedTiles>,
     /// The stops of an exposure that adapts.
     adapted: Option<Handle>,
 }
@@ -39,7 +39,7 @@ pub(super) fn record_screens<'f>(
         let mut r = Recorder::new(graph, frame, &setup.view);
         let Some(texture) = import_monitor(&mut r, scene, view.image) else { continue };
         let request = &asked.request;
-        let monitored = Monitored {
+        let monitored = MonitorInputs {
             radiance: &radiance,
             depth: &depth,
             means,

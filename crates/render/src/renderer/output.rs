@@ -10,7 +10,7 @@ use crate::gpu::Gpu;
 use crate::lights::{KeptLists, Rectangle};
 use crate::overlay::OverlayState;
 use crate::passes::accumulate::{Mean, SUM};
-use crate::passes::adaptive::{self, Settling};
+use crate::passes::adaptive::{self, ConvergedTiles};
 use crate::record::ViewTables;
 use crate::request::FrameRequest;
 use manypass_graph::{Graph, Handle, TextureDesc};
@@ -338,10 +338,10 @@ impl Output {
     }
 
     /// What is kept of settled tiles, in a graph.
-    pub fn settling(&self, graph: &mut Graph<'_>) -> Option<Settling> {
+    pub fn settling(&self, graph: &mut Graph<'_>) -> Option<ConvergedTiles> {
         let [settled_desc, half_desc] = settling_descs(self.size);
         let [settled, half] = self.settling.as_ref()?;
-        Some(Settling {
+        Some(ConvergedTiles {
             settled: graph.import("adaptive.settled", settled_desc, settled.view.clone()),
             half: graph.import("adaptive.half", half_desc, half.view.clone()),
         })

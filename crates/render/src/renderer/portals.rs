@@ -2,7 +2,7 @@
 
 use super::ask::ViewRequest;
 use super::mirrors::Reflector;
-use crate::passes::portals::ShownPortal;
+use crate::passes::portals::PortalDraw;
 use glam::Vec3;
 use manypass_graph::Handle;
 use manypass_scene::portal::{PORTALS_MAX, Portal};
@@ -26,11 +26,11 @@ impl Doors {
     }
 
     /// Those that a view shows; `seen` has what views through them left, by the views' names.
-    pub fn shown(&self, asked: &ViewRequest, seen: &mut BTreeMap<String, Handle>) -> Vec<ShownPortal> {
+    pub fn shown(&self, asked: &ViewRequest, seen: &mut BTreeMap<String, Handle>) -> Vec<PortalDraw> {
         let shown = asked.mirrors.iter().filter_map(|mirror| {
             let Reflector::Portal(index, end) = mirror.of else { return None };
             let corners_world = self.0.get(&(index, end))?.clone();
-            Some(ShownPortal { corners_world, radiance: seen.remove(&mirror.view)? })
+            Some(PortalDraw { corners_world, radiance: seen.remove(&mirror.view)? })
         });
         shown.collect()
     }

@@ -17,8 +17,8 @@ use crate::frame;
 use crate::mirror_picture::MirrorPicture;
 use crate::overlay::draw::OverlayDraw;
 use crate::passes::fisheye::FaceRadiance;
-use crate::passes::particles::ShownParticles;
-use crate::passes::probe_capture::{CapturedProbe, SeenSide};
+use crate::passes::particles::ParticlesDraw;
+use crate::passes::probe_capture::{CapturedProbe, ProbeSide};
 use crate::record::{Frame, PreparedView, Recorder};
 use crate::request::RenderError;
 use manypass_graph::{Export, Graph, Handle, Plan};
@@ -41,7 +41,7 @@ pub(super) struct SceneFeatures<'s> {
     pub scene: &'s Scene,
     pub water: Surfaces,
     pub doors: Doors,
-    pub particles: Vec<ShownParticles>,
+    pub particles: Vec<ParticlesDraw>,
     pub surroundings: Option<(&'s SurroundingsState, &'s FrameSurroundings)>,
     /// Where what views around probes show belongs, in their order; and of which view it is put there.
     pub probes: Option<(&'s PreparedView, &'s [Option<CapturedProbe>])>,
@@ -50,7 +50,7 @@ pub(super) struct SceneFeatures<'s> {
 impl<'s> SceneFeatures<'s> {
     pub fn new(
         prepared: &'s PreparedFrame<'s>,
-        particles: Vec<ShownParticles>,
+        particles: Vec<ParticlesDraw>,
         surroundings: &'s SurroundingsState,
     ) -> Self {
         let scene = prepared.scene.scene;
@@ -154,7 +154,7 @@ pub(super) struct EarlierResults<'f> {
     /// The sides of the pictures around places.
     pub sides: BTreeMap<SideView, Handle>,
     /// The sides of what is around a probe, and how many probes came before it.
-    pub around: Vec<SeenSide>,
+    pub around: Vec<ProbeSide>,
     pub probes: usize,
     /// What is behind mirrors, by the names of the views.
     pub behind: BTreeMap<String, MirrorPicture>,

@@ -11,10 +11,10 @@ use super::record::{EarlierResults, RecordInputs, SceneFeatures, ViewExports};
 use super::view_kind::Drawing;
 use crate::aov::AovExports;
 use crate::environment::lobe::FACES;
-use crate::frame::{self, Flat, Picture, Tint, Variables};
+use crate::frame::{self, Picture, SceneLayers, Tint, Variables};
 use crate::gbuffer::{Gbuffer, ViewOutputs};
 use crate::passes::fisheye::FaceRadiance;
-use crate::passes::probe_capture::SeenSide;
+use crate::passes::probe_capture::ProbeSide;
 use crate::passes::{adaptive, meter};
 use crate::record::{Frame, Recorder};
 use crate::request::RenderError;
@@ -80,7 +80,7 @@ fn record_surfaces<'f>(
 ) -> Result<Option<ViewOutputs>, RenderError> {
     let (asked, setup, request) = (view.asked, view.setup, &view.asked.request);
     let SceneFeatures { scene, water, doors, particles, .. } = features;
-    let flat = Flat {
+    let flat = SceneLayers {
         mirrors: mirrors::shown((asked, setup), &mut before.behind),
         water: water.shown((*scene, &frame.resources.textures), (asked, setup), &mut before.behind),
         portals: doors.shown(asked, &mut before.through),
@@ -103,7 +103,7 @@ fn record_surfaces<'f>(
         }
         Drawing::Probe(_) => {
             if let ViewOutputs { radiance, gbuffer: Some(Gbuffer { linear_depth, .. }), .. } = outputs {
-                before.around.push(SeenSide { radiance, linear_depth });
+                before.around.push(ProbeSide { radiance, linear_depth });
             }
             if before.around.len() == FACES.len() {
                 record_probe(graph, frame, features, before)?;

@@ -2,7 +2,7 @@
 
 use super::Renderer;
 use crate::gpu::Gpu;
-use crate::passes::particles::ShownParticles;
+use crate::passes::particles::ParticlesDraw;
 use crate::request::RenderError;
 use crate::simulation::{Moving, Running, SimulationProgress, SimulationReport};
 use manypass_scene::Scene;
@@ -57,11 +57,11 @@ impl SimulationState {
     }
 
     /// The systems of particles that views show.
-    pub fn particles(&self, scene: &Scene) -> Vec<ShownParticles> {
+    pub fn particles(&self, scene: &Scene) -> Vec<ParticlesDraw> {
         let shown = |(system, particles): (usize, &Particles)| {
             let state = |name: &str| self.state_of_particles(system, name).cloned();
             let states = [state("place")?, state("velocity")?];
-            Some(ShownParticles { name: particles.name.clone(), look: particles.look.clone(), states })
+            Some(ParticlesDraw { name: particles.name.clone(), look: particles.look.clone(), states })
         };
         scene.particles.iter().take(SYSTEMS_MAX).enumerate().filter_map(shown).collect()
     }

@@ -3,7 +3,7 @@
 use super::Renderer;
 use super::ask::ViewRequest;
 use super::output::ViewState;
-use crate::passes::taa::{FramesBefore, TemporalFrame};
+use crate::passes::taa::{PreviousFrames, TemporalFrame};
 use crate::passes::upscale::UpscaleMethod;
 use crate::pose::Pose;
 use crate::request::FrameRequest;
@@ -98,7 +98,7 @@ impl TemporalRequest {
         upscaled_to: Option<(u32, u32)>,
     ) -> TemporalFrame {
         let shows = |last: &LastFrame| last.shown == Shown::new(request, scene, scene_version);
-        let before = self.last.as_ref().zip(step).map(|(last, camera_step)| FramesBefore {
+        let before = self.last.as_ref().zip(step).map(|(last, camera_step)| PreviousFrames {
             camera_step,
             gain: request.pre_exposure() / last.pre_exposure,
             stands: last.pose == self.pose && shows(last),

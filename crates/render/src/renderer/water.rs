@@ -5,7 +5,7 @@ use super::mirrors::Reflector;
 use super::prepare_view::ViewSetup;
 use crate::mirror_picture::MirrorPicture;
 use crate::outline::is_seen;
-use crate::passes::water::ShownWater;
+use crate::passes::water::WaterDraw;
 use crate::resources::Textures;
 use crate::waves::SIMULATED;
 use glam::Vec3;
@@ -39,7 +39,7 @@ impl Surfaces {
         (scene, textures): (&Scene, &Textures),
         (asked, ready): (&ViewRequest, &ViewSetup),
         behind: &mut BTreeMap<String, MirrorPicture>,
-    ) -> Vec<ShownWater> {
+    ) -> Vec<WaterDraw> {
         let uniform = &ready.view.uniform;
         let column = if asked.request.camera.is_orthographic() { 2 } else { 3 };
         let eye = uniform.world_from_view.col(column);
@@ -67,7 +67,7 @@ impl Surfaces {
                 Some((waves, scene.place_of_simulation(simulation)))
             });
             let away_m = eye.truncate().distance(panel.center_world);
-            let water = ShownWater {
+            let water = WaterDraw {
                 water: water.clone(),
                 panel: *panel,
                 corners_world: outline.clone(),
@@ -80,7 +80,7 @@ impl Surfaces {
             };
             Some((away_m, water))
         };
-        let mut all: Vec<(f32, ShownWater)> = self.0.iter().filter_map(shown).collect();
+        let mut all: Vec<(f32, WaterDraw)> = self.0.iter().filter_map(shown).collect();
         all.sort_by(|(a, _), (b, _)| b.total_cmp(a));
         all.into_iter().map(|(_, water)| water).collect()
     }

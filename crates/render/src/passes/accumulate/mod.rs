@@ -8,10 +8,14 @@
 //! that only together are right, and goes through the curve when all are there; but what glows has its own light in
 //! every sample, and has a mean of its own, of display colours.
 
+use crate::pass_info::PassInfo;
 use crate::record::{Fullscreen, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use crate::tone_curve::Tonemap;
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { variables: &["radiance"], ..PassInfo::new("accumulate") };
 
 /// The format of the sum: thousands of frames add up without loss.
 pub const SUM: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;

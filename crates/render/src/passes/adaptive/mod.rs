@@ -16,9 +16,14 @@ pub use blocks::unsettled_rectangles;
 pub use settings::AdaptiveSettings;
 
 use crate::constants::SETTLED_TILE_PX;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, DepthLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo =
+    PassInfo { off: Some("adaptive.threshold=0"), tiers: &["low", "medium", "high"], ..PassInfo::new("adaptive") };
 
 /// The format of the mean of half of the samples.
 pub const HALF: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -77,9 +82,9 @@ impl Step {
     }
 }
 
-/// What is kept of settled tiles from sample to sample.
+/// Which tiles have converged, and what that is told from, kept from sample to sample.
 #[derive(Debug)]
-pub struct Settling {
+pub struct ConvergedTiles {
     /// Which tiles are settled; a texel for each.
     pub settled: Handle,
     /// The mean of half of the samples.
@@ -121,7 +126,7 @@ pub fn record(
     settings: &AdaptiveSettings,
     (step, sample_index): (Step, u32),
     mean: &Handle,
-    Settling { settled, half }: Settling,
+    ConvergedTiles { settled, half }: ConvergedTiles,
 ) -> Result<(), ProgramError> {
     if let Step::Settle { is_first, .. } = step {
         let threshold = settings.threshold / 255.0;

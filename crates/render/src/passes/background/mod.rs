@@ -8,9 +8,13 @@ mod settings;
 pub use settings::BackgroundSettings;
 
 use crate::environment::Background;
+use crate::pass_info::PassInfo;
 use crate::record::{PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("background");
 
 /// Records the pass; only the environment as background needs it.
 ///

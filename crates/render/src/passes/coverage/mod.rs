@@ -6,9 +6,13 @@
 //! Reads: depth. Writes: radiance (alpha = coverage).
 
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::PassInfo;
 use crate::record::{ADD, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("coverage");
 
 /// Records the pass.
 ///

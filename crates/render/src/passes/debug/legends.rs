@@ -15,7 +15,7 @@ pub const BACKGROUND: Color = [0, 0, 0];
 
 /// What is drawn for a view.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Drawn {
+pub enum Legend {
     /// Colours, of which these stand for all.
     Colors(&'static [(Color, &'static str)]),
     /// Numbers; each step has the colour of those from its own on, up to the next.
@@ -24,11 +24,11 @@ pub enum Drawn {
 
 /// How a view comes about.
 #[derive(Clone, Copy, Debug)]
-pub struct Shown {
+pub struct ViewDrawing {
     /// What `surfaces.wgsl` shows.
     pub number: u32,
     /// What that writes.
-    pub drawn: Drawn,
+    pub drawn: Legend,
     /// Whether hidden surfaces count, too.
     pub adds_hidden: bool,
     /// Whether blended surfaces add to what is behind them; else they hide it.
@@ -37,21 +37,21 @@ pub struct Shown {
     pub parts_levels: bool,
 }
 
-impl Shown {
+impl ViewDrawing {
     /// That of a view; none if it is off.
     pub fn of(view: DebugView) -> Option<Self> {
         let (number, drawn) = match view {
             DebugView::Off | DebugView::Probes => return None,
-            DebugView::Lights => (DEBUG_LIGHTS, Drawn::Steps(COUNTS)),
-            DebugView::Overdraw => (DEBUG_OVERDRAW, Drawn::Steps(COUNTS)),
-            DebugView::Uv => (DEBUG_UV, Drawn::Colors(CORNERS)),
-            DebugView::Normals => (DEBUG_NORMALS, Drawn::Colors(DIRECTIONS)),
-            DebugView::TexelDensity => (DEBUG_TEXEL_DENSITY, Drawn::Steps(DENSITIES)),
-            DebugView::Flags => (DEBUG_FLAGS, Drawn::Steps(FLAGS)),
-            DebugView::Clusters => (DEBUG_CLUSTERS, Drawn::Steps(SLICES)),
-            DebugView::Cascades => (DEBUG_CASCADES, Drawn::Steps(CASCADES)),
-            DebugView::Levels => (DEBUG_LEVELS, Drawn::Steps(LEVELS)),
-            DebugView::ProbeWeights => (DEBUG_PROBE_WEIGHTS, Drawn::Colors(PROBES)),
+            DebugView::Lights => (DEBUG_LIGHTS, Legend::Steps(COUNTS)),
+            DebugView::Overdraw => (DEBUG_OVERDRAW, Legend::Steps(COUNTS)),
+            DebugView::Uv => (DEBUG_UV, Legend::Colors(CORNERS)),
+            DebugView::Normals => (DEBUG_NORMALS, Legend::Colors(DIRECTIONS)),
+            DebugView::TexelDensity => (DEBUG_TEXEL_DENSITY, Legend::Steps(DENSITIES)),
+            DebugView::Flags => (DEBUG_FLAGS, Legend::Steps(FLAGS)),
+            DebugView::Clusters => (DEBUG_CLUSTERS, Legend::Steps(SLICES)),
+            DebugView::Cascades => (DEBUG_CASCADES, Legend::Steps(CASCADES)),
+            DebugView::Levels => (DEBUG_LEVELS, Legend::Steps(LEVELS)),
+            DebugView::ProbeWeights => (DEBUG_PROBE_WEIGHTS, Legend::Colors(PROBES)),
         };
         let adds_hidden = view == DebugView::Overdraw;
         Some(Self {
@@ -67,8 +67,8 @@ impl Shown {
     pub fn legend(&self) -> Vec<LegendEntry> {
         let entry = |color_srgb, label: &'static str| LegendEntry { label: label.into(), color_srgb };
         let mut entries: Vec<_> = match self.drawn {
-            Drawn::Colors(colors) => colors.iter().map(|(color, label)| entry(*color, label)).collect(),
-            Drawn::Steps(steps) => steps.iter().map(|(_, color, label)| entry(*color, label)).collect(),
+            Legend::Colors(colors) => colors.iter().map(|(color, label)| entry(*color, label)).collect(),
+            Legend::Steps(steps) => steps.iter().map(|(_, color, label)| entry(*color, label)).collect(),
         };
         entries.push(entry(BACKGROUND, "no surface"));
         entries

@@ -12,11 +12,16 @@ mod settings;
 
 pub use settings::{DebugSettings, DebugView};
 
+use crate::pass_info::PassInfo;
 use crate::record::{ADD, DrawSelection, Recorder};
 use crate::shader::program::ProgramError;
-use legends::{BACKGROUND, Color, Drawn, Shown};
+use legends::{BACKGROUND, Color, Legend, ViewDrawing};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 use std::borrow::Cow;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo =
+    PassInfo { off: Some("debug.view=off"), in_fisheye: false, tiers: &[], ..PassInfo::new("debug") };
 
 /// The format of what surfaces leave: half floats add up on every backend, and hold whole numbers up to 2,048.
 const DRAWN: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
@@ -39,13 +44,13 @@ struct DebugUniform {
 }
 
 impl DebugUniform {
-    fn new(drawn: Drawn, display: &Handle) -> Self {
+    fn new(drawn: Legend, display: &Handle) -> Self {
         let with = |color: Color, last: f32| {
             let [r, g, b] = color.map(|byte| f32::from(byte) / 255.0);
             [r, g, b, last]
         };
         let mut steps = [with(BACKGROUND, f32::MAX); STEPS_MAX];
-        if let Drawn::Steps(of_view) = drawn {
+        if let Legend::Steps(of_view) = drawn {
             for (step, (from, color, _)) in steps.iter_mut().zip(of_view) {
                 *step = with(*color, *from);
             }
@@ -61,10 +66,10 @@ impl DebugUniform {
 /// # Errors
 /// A program that does not compile.
 pub fn record(r: &mut Recorder<'_, '_>, settings: &DebugSettings, display: Handle) -> Result<Handle, ProgramError> {
-    let Some(shown) = Shown::of(settings.view) else { return Ok(display) };
+    let Some(shown) = ViewDrawing::of(settings.view) else { return Ok(display) };
     let drawn = record_surfaces(r, shown)?;
     r.legend("debug", shown.legend());
-    let has_steps = matches!(shown.drawn, Drawn::Steps(_));
+    let has_steps = matches!(shown.drawn, Legend::Steps(_));
     let uniform = DebugUniform::new(shown.drawn, &display);
     r.fullscreen("debug", "debug", &[])
         .constant("has_steps", u32::from(has_steps))
@@ -74,7 +79,7 @@ pub fn record(r: &mut Recorder<'_, '_>, settings: &DebugSettings, display: Handl
 }
 
 /// Draws all surfaces of the view as `shown` says.
-fn record_surfaces(r: &mut Recorder<'_, '_>, shown: Shown) -> Result<Handle, ProgramError> {
+fn record_surfaces(r: &mut Recorder<'_, '_>, shown: ViewDrawing) -> Result<Handle, ProgramError> {
     const CLEAR: DepthLoad = DepthLoad::Clear { depth: 0.0, stencil: 0 };
     let mut drawn = r.texture("debug.drawn", DRAWN);
     let mut depth = r.texture("debug.depth", r.frame.gpu.capabilities.depth_format);
@@ -142,13 +147,13 @@ mod tests {
     #[test]
     fn steps_rise_and_every_colour_is_of_one_meaning() {
         for name in DebugView::NAMES {
-            let Some(shown) = DebugView::named(name).and_then(Shown::of) else { continue };
+            let Some(shown) = DebugView::named(name).and_then(ViewDrawing::of) else { continue };
             let legend = shown.legend();
             for (i, entry) in legend.iter().enumerate() {
                 assert!(legend[..i].iter().all(|other| other.color_srgb != entry.color_srgb), "{name}: {entry:?}");
                 assert!(entry.label.is_ascii() && entry.label.len() < 38, "{name}: {entry:?} fits a sheet");
             }
-            let Drawn::Steps(steps) = shown.drawn else { continue };
+            let Legend::Steps(steps) = shown.drawn else { continue };
             assert!(steps.len() <= STEPS_MAX && steps[0].0 == 0.0 && steps.is_sorted_by(|a, b| a.0 < b.0), "{name}");
         }
     }

@@ -7,11 +7,15 @@
 
 use crate::gbuffer::Gbuffer;
 use crate::lights::Rectangle;
+use crate::pass_info::PassInfo;
 use crate::record::{ADD, PicturePart, Recorder};
-use crate::screen_space::InPicture;
+use crate::screen_space::ScreenSpaceEffects;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 use std::sync::Arc;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { effect_inputs: &["radiance"], ..PassInfo::deferred("direct") };
 
 /// Which lights.
 #[derive(Debug)]
@@ -50,7 +54,7 @@ pub fn record(
     r: &mut Recorder<'_, '_>,
     lights: &Lights<'_>,
     gbuffer: &Gbuffer,
-    found: InPicture<'_>,
+    found: ScreenSpaceEffects<'_>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {

@@ -3,9 +3,13 @@
 //! Reads: radiance as `geometry` or `coverage` begins it. Writes: emission (pre-exposed).
 
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { variables: &["emission"], ..PassInfo::new("emission") };
 
 /// Records the pass.
 ///

@@ -11,6 +11,7 @@
 use crate::environment::ENVIRONMENT_FORMAT;
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
 use crate::environment::tiles::Tile;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::resources::environment::{EnvironmentTiles, Unfinished};
 use crate::shader::program::ProgramError;
@@ -20,6 +21,9 @@ use glam::{UVec4, Vec4};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use manypass_scene::environment::suns::{SUNS_MAX, Sun};
 use wgpu::TextureViewDimension::Cube;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("environment");
 
 /// `CubeFace` of `cube.wgsl`; a test compares the two layouts.
 #[repr(C)]

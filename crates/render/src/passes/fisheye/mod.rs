@@ -7,10 +7,19 @@
 use crate::camera_settings::Fisheye;
 use crate::fisheye::{FisheyeLens, RAYS_A_SIDE, Side};
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use crate::view;
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { off: Some("camera.fisheye=none"), tiers: &[], ..PassInfo::new("fisheye") };
+
+/// How far it looks; none if settings switch it off.
+pub fn reach(fisheye: Fisheye) -> Option<Reach> {
+    (fisheye != Fisheye::None).then_some(Reach::EverySample)
+}
 
 /// The uniform of `fisheye.wgsl`; a test compares the two layouts.
 #[repr(C)]

@@ -7,9 +7,20 @@
 use crate::environment::Background;
 use crate::fog::{FogMode, FogSettings, FogUniform};
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::{ADD, PicturePart, Recorder};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { off: Some("fog.mode=none"), tiers: &[], ..PassInfo::new("fog") };
+
+/// How far it looks; none if settings switch it off. Light in fog is that of half the pixels, or of what lies before
+/// converged tiles, too.
+pub fn reach(settings: &FogSettings) -> Option<Reach> {
+    let reach = if settings.scatters() { Reach::EverySample } else { Reach::OwnPixel };
+    (settings.mode != FogMode::None).then_some(reach)
+}
 
 /// Fog over what is there, by the share that does not come through: where there is something, coverage is 1, and
 /// stays 1.
@@ -18,20 +29,18 @@ const OVER: wgpu::BlendState = wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING;
 /// The noise of so many samples averages out by itself, without losing what is fine.
 const UNFILTERED_SAMPLES: u32 = 32;
 
-/// Records the pass over opaque surfaces.
+/// Records the pass over opaque surfaces; none if their distances are not given, because they have their fog.
 ///
 /// # Errors
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &FogSettings,
-    linear_depth: &Handle,
+    linear_depth: Option<&Handle>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    if settings.mode == FogMode::None {
-        return Ok(radiance);
-    }
+    let Some(linear_depth) = linear_depth.filter(|_| settings.mode != FogMode::None) else { return Ok(radiance) };
     let uniform = FogUniform::new(settings, r.view.uniform.pre_exposure);
     let step = r.fullscreen("fog", "fog", &[]).uniform("fog", &uniform).read("linear_depth", linear_depth);
     step.over(PicturePart::Surfaces, depth).blend(OVER).draw_into(radiance, ColorLoad::Keep)
@@ -66,12 +75,11 @@ pub fn record_background(
 pub fn record_light(
     r: &mut Recorder<'_, '_>,
     settings: &FogSettings,
-    linear_depth: &Handle,
+    linear_depth: Option<&Handle>,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    if !settings.scatters() || r.view.light_count == 0 {
-        return Ok(radiance);
-    }
+    let has_light = settings.scatters() && r.view.light_count > 0;
+    let Some(linear_depth) = linear_depth.filter(|_| has_light) else { return Ok(radiance) };
     let uniform = FogUniform::new(settings, r.view.uniform.pre_exposure);
     let axes = r.view.light_axes();
     if !settings.half {

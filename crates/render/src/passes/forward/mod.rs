@@ -13,11 +13,15 @@ use crate::draws::Draw;
 use crate::fog::{FogMode, FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
 use crate::occlusion::Occlusion;
+use crate::pass_info::PassInfo;
 use crate::record::{ADD, DrawSelection, Recorder, SurfacePass};
-use crate::screen_space::{FoundLight, InPicture};
+use crate::screen_space::{ScreenSpaceEffects, ScreenSpaceLight};
 use crate::shader::program::ProgramError;
 use crate::transparency::{Blended, GLASS_DISTANCES, Peel, Side, Weighting};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { effect_inputs: &["radiance"], ..PassInfo::new("forward") };
 
 /// The uniform of `forward.wgsl`; a test compares the two layouts.
 #[repr(C)]
@@ -86,7 +90,7 @@ pub fn record_batched(
     let depth = depth.begin(&mut pass);
     pass.leave_out_settled();
     pass.constant(LIGHTS_OF, FIRST_BATCH);
-    InPicture { occlusion, reflections: None }.bind(&mut pass);
+    ScreenSpaceEffects { occlusion, reflections: None }.bind(&mut pass);
     bind_opaque(&mut pass);
     pass.draw_opaque(DrawSelection::All)?;
     let most = view.most_lights(world);
@@ -98,7 +102,7 @@ pub fn record_batched(
         pass.depth_read_only(&depth);
         pass.blend(ADD);
         pass.constant(LIGHTS_OF, LATER_BATCH);
-        InPicture::default().bind(&mut pass);
+        ScreenSpaceEffects::default().bind(&mut pass);
         pass.constant(DRAWS_AGAIN, 1);
         pass.uniform("light_batch", &LightBatch { first: [first, 0, 0, 0] });
         pass.uniform("weighting", &Weighting::default());
@@ -122,7 +126,7 @@ pub fn record_opaque(
     let fog = FogUniform::new(fog, r.view.uniform.pre_exposure);
     let mut pass = r.surfaces("forward.opaque", "forward");
     pass.leave_out_settled();
-    InPicture { occlusion, reflections: None }.bind(&mut pass);
+    ScreenSpaceEffects { occlusion, reflections: None }.bind(&mut pass);
     bind_opaque(&mut pass);
     pass.axes(axes);
     let radiance = radiance.begin(&mut pass);
@@ -168,7 +172,7 @@ fn bind_opaque(pass: &mut SurfacePass<'_, '_>) {
 pub fn record_layered(
     r: &mut Recorder<'_, '_>,
     fog: Option<&FogSettings>,
-    found: InPicture<'_>,
+    found: ScreenSpaceEffects<'_>,
     radiance: Handle,
     depth: LayeredDepth,
 ) -> Result<(Handle, Handle), ProgramError> {
@@ -212,7 +216,7 @@ pub fn record_layered(
 /// A program that does not compile.
 pub fn record_layered_reflections(
     r: &mut Recorder<'_, '_>,
-    found: InPicture<'_>,
+    found: ScreenSpaceEffects<'_>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
@@ -229,7 +233,7 @@ pub fn record_layered_reflections(
 /// A program that does not compile.
 pub fn record_layered_light(
     r: &mut Recorder<'_, '_>,
-    found: &FoundLight,
+    found: &ScreenSpaceLight,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {

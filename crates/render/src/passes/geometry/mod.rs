@@ -4,9 +4,17 @@
 //! Reads: materials. Writes: base_color, normal, material, radiance (alpha = coverage), depth.
 
 use crate::gbuffer::{BASE_COLOR, MATERIAL, NORMAL, RADIANCE};
+use crate::pass_info::PassInfo;
 use crate::record::{DecalUse, DrawSelection, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo {
+    variables: &["base_color", "occlusion", "normal", "normal_view", "metallic", "roughness"],
+    effect_inputs: &["normal", "base_color", "material"],
+    ..PassInfo::new("geometry")
+};
 
 /// What the pass leaves behind.
 #[derive(Debug)]
@@ -43,9 +51,9 @@ fn record_depth(
     Ok((depth, DepthLoad::Keep))
 }
 
-/// What [`record_unshaded`] leaves behind.
+/// What [`record_prepass`] leaves behind.
 #[derive(Debug)]
-pub struct Unshaded {
+pub struct Prepass {
     /// Base colour; occlusion of the material.
     pub base_color: Handle,
     /// World normal.
@@ -61,11 +69,11 @@ pub struct Unshaded {
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record_unshaded(
+pub fn record_prepass(
     r: &mut Recorder<'_, '_>,
     begun: Option<(Handle, DepthLoad)>,
     wants_material: bool,
-) -> Result<Unshaded, ProgramError> {
+) -> Result<Prepass, ProgramError> {
     let begun = begun.unwrap_or_else(|| {
         let depth = r.texture("geometry.middles", r.frame.gpu.capabilities.depth_format);
         (depth, DepthLoad::Clear { depth: 0.0, stencil: 0 })
@@ -77,7 +85,7 @@ pub fn record_unshaded(
     let material = wants_material.then(|| r.texture("geometry.material", MATERIAL));
     let mut pass = r.surfaces("geometry", "geometry");
     let clear = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
-    let outputs = Unshaded {
+    let outputs = Prepass {
         base_color: pass.color(base_color, clear),
         normal: pass.color(normal, clear),
         material: material.map(|material| pass.color(material, clear)),

@@ -15,11 +15,21 @@ pub use settings::GiSettings;
 use crate::constants::RADIANCE_MAX;
 use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::occlusion::Occlusion;
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::{ADD, Fullscreen, PicturePart, Recorder};
 use crate::resolution::Resolution;
-use crate::screen_space::FoundLight;
+use crate::screen_space::ScreenSpaceLight;
 use crate::shader::program::{Constant, ProgramError};
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo =
+    PassInfo { off: Some("gi.enabled=false"), in_fisheye: false, tiers: &[], ..PassInfo::deferred("gi") };
+
+/// How far it looks; none if settings switch it off.
+pub fn reach(settings: &GiSettings) -> Option<Reach> {
+    settings.enabled.then_some(Reach::EverySample)
+}
 
 /// Where nothing is found.
 const NOTHING: ColorLoad = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
@@ -77,7 +87,7 @@ pub fn record(
     is_occluded: bool,
     depth: &Handle,
     radiance: Handle,
-) -> Result<(Handle, Option<FoundLight>), ProgramError> {
+) -> Result<(Handle, Option<ScreenSpaceLight>), ProgramError> {
     if !settings.enabled || r.view.counts_pairs() {
         return Ok((radiance, None));
     }
@@ -105,7 +115,7 @@ pub fn record(
     }
     let takes_environment = !is_occluded && !r.view.is_environment_dark;
     let constants = [constants[0], constants[1], ("takes_environment", u32::from(takes_environment))];
-    let composing = Composing { gbuffer, found: &found, depth, constants, uniform };
+    let composing = ComposeStep { gbuffer, found: &found, depth, constants, uniform };
     let radiance = composing.step(r, "gi.compose").blend(ADD).draw_into(radiance, ColorLoad::Keep)?;
     if !r.shows_shaded_where_drawn() {
         return Ok((radiance, None));
@@ -116,11 +126,11 @@ pub fn record(
     } else {
         found
     };
-    Ok((radiance, Some(FoundLight { texture, takes_environment })))
+    Ok((radiance, Some(ScreenSpaceLight { texture, takes_environment })))
 }
 
 /// What `gi_compose` is drawn with.
-struct Composing<'h> {
+struct ComposeStep<'h> {
     gbuffer: &'h Gbuffer,
     found: &'h Handle,
     depth: &'h Handle,
@@ -128,7 +138,7 @@ struct Composing<'h> {
     uniform: GiUniform,
 }
 
-impl Composing<'_> {
+impl ComposeStep<'_> {
     /// It under the name `name`.
     fn step<'r, 'f>(&self, r: &'r mut Recorder<'_, 'f>, name: &'static str) -> Fullscreen<'r, 'f> {
         let step = self.gbuffer.read_by(r.fullscreen(name, "gi_compose", &[]));

@@ -9,9 +9,13 @@
 //! behind.
 
 use crate::draws::Draw;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("glass");
 
 /// Distances need all of a float: what lies behind may be infinitely far away, and rays leave bodies that are seen from
 /// a thousand times their size.

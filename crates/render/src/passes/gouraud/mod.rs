@@ -8,10 +8,16 @@
 
 use crate::fog::{FogSettings, FogUniform, IN_LIT_FOG};
 use crate::gbuffer::LightTarget;
+use crate::pass_info::PassInfo;
 use crate::record::{DrawSelection, Recorder, SurfacePass};
+use crate::render_settings::Path;
 use crate::shader::program::ProgramError;
 use crate::transparency::{Blended, Peel, Side, Weighting};
 use manypass_graph::{DepthLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo =
+    PassInfo { paths: &[Path::Gouraud], effect_inputs: &["radiance"], ..PassInfo::new("gouraud") };
 
 /// Radiance and depth of all opaque and masked surfaces, from depth that is begun and loaded so.
 ///

@@ -8,10 +8,14 @@
 use crate::draws::Tile;
 use crate::gbuffer::LightTarget;
 use crate::ground::GroundMap;
+use crate::pass_info::PassInfo;
 use crate::record::{PicturePart, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use glam::{Mat4, Vec2, Vec3};
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { off: Some("ground.mode=none"), ..PassInfo::new("ground") };
 
 /// Records the passes that draw `map` into `target`, from what `tiles` show.
 ///

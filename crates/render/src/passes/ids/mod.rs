@@ -5,9 +5,14 @@
 //! here, so that frames without it pay nothing. It draws opaque and masked surfaces again where their depth lies in the
 //! depth buffer: positions are `@invariant`. Reads: depth. Writes: ids (rg32uint).
 
+use crate::pass_info::PassInfo;
 use crate::record::{DrawSelection, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo =
+    PassInfo { variables: &["object_id", "material_id"], effect_inputs: &["ids"], ..PassInfo::new("ids") };
 
 /// The format of `ids`: node, material.
 pub const IDS: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Uint;

@@ -4,10 +4,14 @@
 //! earlier sample of a still found. Writes: radiance.
 
 use crate::gbuffer::Gbuffer;
+use crate::pass_info::PassInfo;
 use crate::record::{ADD, PicturePart, Recorder};
-use crate::screen_space::InPicture;
+use crate::screen_space::ScreenSpaceEffects;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { effect_inputs: &["radiance"], ..PassInfo::deferred("indirect") };
 
 /// Records the pass.
 ///
@@ -16,7 +20,7 @@ use manypass_graph::{ColorLoad, Handle};
 pub fn record(
     r: &mut Recorder<'_, '_>,
     gbuffer: &Gbuffer,
-    found: InPicture<'_>,
+    found: ScreenSpaceEffects<'_>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {

@@ -3,10 +3,15 @@
 //! Reads: depth. Writes: linear_depth (r32float; the background is `DISTANCE_BACKGROUND_M`, which stands for infinity).
 
 use crate::gbuffer::LINEAR_DEPTH;
+use crate::pass_info::PassInfo;
 use crate::record::{Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
 use std::borrow::Cow;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo =
+    PassInfo { variables: &["position", "depth"], effect_inputs: &["depth"], ..PassInfo::new("linear_depth") };
 
 /// Records the pass under the name `name`, which is its texture's, too.
 ///

@@ -8,10 +8,14 @@
 //! `meter.adapted` (one texel, r32float: stops), which the next frame finds.
 
 use crate::constants::METERED_SIDE;
+use crate::pass_info::PassInfo;
 use crate::record::{Fullscreen, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use bytemuck::Zeroable;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("meter");
 
 /// What is read back.
 pub const METER: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -48,7 +52,7 @@ struct MeterUniform {
 
 /// How exposure goes on from that of the frame before.
 #[derive(Clone, Copy, Debug)]
-pub struct Adapting {
+pub struct AdaptationStep {
     /// The shader's number of the pattern of weights.
     pub pattern: u32,
     /// Its standard deviation or radius as a share of the shorter side.
@@ -70,7 +74,7 @@ pub fn radius_px(share: f32, (width, height): (u32, u32)) -> f32 {
 }
 
 impl MeterUniform {
-    fn new(adapting: &Adapting, size: (u32, u32)) -> Self {
+    fn new(adapting: &AdaptationStep, size: (u32, u32)) -> Self {
         let [keep_to_light, keep_to_dark] = adapting.keep.unwrap_or([1.0; 2]).map(|keep| match adapting.begins {
             true => 0.0,
             false => keep,
@@ -105,15 +109,15 @@ pub fn record(r: &mut Recorder<'_, '_>, radiance: &Handle) -> Result<Handle, Pro
 /// A program that does not compile.
 pub fn record_adapted(
     r: &mut Recorder<'_, '_>,
-    adapting: &Adapting,
+    adapting: &AdaptationStep,
     radiance: &Handle,
 ) -> Result<Handle, ProgramError> {
     let history = r.graph.history("meter.adapted", TextureDesc::new_2d(1, 1, STOPS));
     r.declare_texels(&history.next, Texels::Number);
-    let adapting = Adapting { begins: adapting.begins || history.is_first, ..*adapting };
+    let adapting = AdaptationStep { begins: adapting.begins || history.is_first, ..*adapting };
     let TextureDesc { mut width, mut height, .. } = radiance.desc();
     let uniform = MeterUniform::new(&adapting, (width, height));
-    fn with<'r, 'f>(step: Fullscreen<'r, 'f>, adapting: &Adapting, reduces: u32) -> Fullscreen<'r, 'f> {
+    fn with<'r, 'f>(step: Fullscreen<'r, 'f>, adapting: &AdaptationStep, reduces: u32) -> Fullscreen<'r, 'f> {
         step.constants(&[("pattern", adapting.pattern), ("reduces", reduces)])
     }
     let mut mean: Option<Handle> = None;

@@ -5,11 +5,15 @@
 //! the first level. Writes: the levels.
 
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use bytemuck::{Pod, Zeroable};
 use glam::Vec4;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("mips");
 
 /// What a texel of a level is the mean of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

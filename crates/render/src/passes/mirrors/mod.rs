@@ -9,10 +9,14 @@
 use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::mirror_picture::{MirrorPicture, MirrorUniform};
 use crate::outline::Outline;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use glam::Vec3;
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("mirrors");
 
 /// Rays of a pixel of a rough mirror, in each sample of a still of several, and in a picture of few.
 const RAYS: u32 = 8;
@@ -25,7 +29,7 @@ const SAMPLES_A_SHARE: u32 = 8;
 
 /// A mirror that a view shows.
 #[derive(Debug)]
-pub struct ShownMirror {
+pub struct MirrorDraw {
     /// Its object: the index of its node, plus 1.
     pub object: u32,
     /// The unit normal of its plane in world space, towards the eye.
@@ -44,7 +48,7 @@ pub struct ShownMirror {
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
-    mirrors: &[ShownMirror],
+    mirrors: &[MirrorDraw],
     gbuffer: &Gbuffer,
     ids: &Handle,
 ) -> Result<Handle, ProgramError> {
@@ -53,7 +57,7 @@ pub fn record(
     let few = r.view.shows_few_samples();
     let rays_of_rough = if few { RAYS_OF_FEW_SAMPLES } else { RAYS };
     let samples = if few { 1 } else { (r.view.sample_count / SAMPLES_A_SHARE).clamp(1, SAMPLES_OF_LOBE) };
-    for ShownMirror { object, normal_world, is_smooth, rectangle, picture } in mirrors {
+    for MirrorDraw { object, normal_world, is_smooth, rectangle, picture } in mirrors {
         let rays = if *is_smooth { 0 } else { rays_of_rough };
         let normal_view = r.view.uniform.view_from_world.transform_vector3(*normal_world);
         let uniform = MirrorUniform::new(*object, Some(picture), normal_view, rays.max(1) * samples);

@@ -7,11 +7,15 @@
 //! is what lies infinitely far away, which moves by the camera's rotation alone. Reads: depth, the previous pose.
 //! Writes: motion (rg32float).
 
+use crate::pass_info::PassInfo;
 use crate::record::{DrawSelection, Recorder, Texels};
 use crate::shader::program::ProgramError;
 use crate::view::{CameraStep, View};
 use glam::{Mat4, Vec2};
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { variables: &["motion"], effect_inputs: &["motion"], ..PassInfo::new("motion") };
 
 /// The format of `motion`: pixels to the right, pixels down.
 pub const MOTION: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;

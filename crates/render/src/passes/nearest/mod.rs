@@ -4,9 +4,13 @@
 //! Reads: the texture, of floats or, as normals are, of whole numbers. Writes: a texture of the same format, of the texel
 //! nearest to each pixel's middle where this frame's jitter put that. What nothing reads is not drawn.
 
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("nearest");
 
 /// The uniform of `places.wgsl`; a test compares the two layouts.
 #[repr(C)]

@@ -1,7 +1,7 @@
 //! occlusion: what opaque surfaces hide of the environment from each other, as far as the picture shows it.
 //!
 //! Sources: horizons (Jimenez et al. 2016, "Practical Realtime Strategies for Accurate Indirect Occlusion"), or points
-//! in a hemisphere (Mittring 2007, "Finding Next Gen: CryEngine 2"); what differs from them stands in `gtao.wgsl` and
+//! in a hemisphere (Mittring 2007, "OcclusionPasses Next Gen: CryEngine 2"); what differs from them stands in `gtao.wgsl` and
 //! `ssao.wgsl`. Each sample of a still has other noise, so that their mean converges; that of few samples is a pattern
 //! of 4 × 4 texels, which `occlusion.blur` takes out. `occlusion.upsample` brings a smaller picture to the full size.
 //! Reads: normal, linear_depth. Writes: occlusion, the share of diffuse light of the environment that reaches a
@@ -12,10 +12,29 @@ mod settings;
 pub use settings::{OcclusionMethod, OcclusionSettings};
 
 use crate::constants::DISTANCE_BACKGROUND_M;
-use crate::occlusion::{FoundBefore, Occlusion};
+use crate::occlusion::{Occlusion, OcclusionCache};
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::{Fullscreen, PicturePart, Recorder, Texels, UNFILTERED_SAMPLES};
+use crate::render_settings::Path;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, History, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo {
+    off: Some("occlusion.enabled=false"),
+    paths: &[Path::Deferred, Path::Forward, Path::ForwardBatched],
+    in_fisheye: false,
+    tiers: &["medium", "high", "ultra"],
+    variables: &["occlusion_screen"],
+    effect_inputs: &["occlusion"],
+    ..PassInfo::new("occlusion")
+};
+
+/// How far it looks; none if settings switch it off. With its direction occlusion takes all samples to converge.
+pub fn reach(settings: &OcclusionSettings) -> Option<Reach> {
+    let reach = if settings.bent_normals { Reach::EverySample } else { Reach::FirstSamples };
+    settings.enabled.is_on().then_some(reach)
+}
 
 /// The share of light that is left, which may lie outside of 0 to 1 where a sample looks in few directions.
 const VISIBILITY: wgpu::TextureFormat = wgpu::TextureFormat::R16Float;
@@ -78,7 +97,7 @@ impl OcclusionUniform {
 
 /// What is known of the surfaces in the picture.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'h> {
+pub struct ScreenInputs<'h> {
     /// World normal, as the G-buffer has it.
     pub normal: &'h Handle,
     /// Metres along the view axis.
@@ -100,36 +119,36 @@ pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &OcclusionSettings,
     is_read: bool,
-    seen: Seen<'_>,
+    inputs: ScreenInputs<'_>,
 ) -> Result<Option<Occlusion>, ProgramError> {
     if !is_needed(r, settings, is_read) {
         return Ok(None);
     }
-    let (texture, found_before) = match r.view.whole_samples {
-        None => (record_found(r, settings, seen)?, None),
+    let (texture, cache) = match r.view.whole_samples {
+        None => (record_found(r, settings, inputs)?, None),
         Some(whole) if whole < UNFILTERED_SAMPLES => {
-            let (look, before) = record_look(r, settings, seen)?;
+            let (look, before) = record_look(r, settings, inputs)?;
             (look, Some(before))
         }
         Some(whole) => {
             let mean = r.history("occlusion.mean", r.view.desc(MEAN));
             r.declare_texels(&mean.next, Texels::Share);
             let is_there = r.view.uniform.sample_index >= whole && !mean.is_first;
-            (if is_there { mean.previous } else { record_mean(r, settings, seen, (mean, whole))? }, None)
+            (if is_there { mean.previous } else { record_mean(r, settings, inputs, (mean, whole))? }, None)
         }
     };
     let (is_multi_bounce, is_bent) = (settings.multi_bounce, settings.bent_normals);
-    Ok(Some(Occlusion { texture, found_before, is_multi_bounce, is_bent }))
+    Ok(Some(Occlusion { texture, cache, is_multi_bounce, is_bent }))
 }
 
 /// What a sample finds by itself.
 fn record_found(
     r: &mut Recorder<'_, '_>,
     settings: &OcclusionSettings,
-    seen: Seen<'_>,
+    inputs: ScreenInputs<'_>,
 ) -> Result<Handle, ProgramError> {
-    let finding = Finding::new(r, settings, r.view.shows_few_samples());
-    finding.record_whole(r, seen, if settings.bent_normals { BENT } else { VISIBILITY })
+    let finding = OcclusionPasses::new(r, settings, r.view.shows_few_samples());
+    finding.record_whole(r, inputs, if settings.bent_normals { BENT } else { VISIBILITY })
 }
 
 /// The variable: what the view's first sample finds, at the full size and without its noise. It has passes of its own,
@@ -140,13 +159,13 @@ fn record_found(
 pub fn record_variable(
     r: &mut Recorder<'_, '_>,
     settings: &OcclusionSettings,
-    seen: Seen<'_>,
+    inputs: ScreenInputs<'_>,
 ) -> Result<Handle, ProgramError> {
     // The variable is the share alone.
     let settings = OcclusionSettings { bent_normals: false, ..settings.clone() };
     let names = ["occlusion.variable", "occlusion.variable.blur", "occlusion.variable.upsample"];
-    let finding = Finding { names, ..Finding::new(r, &settings, true) };
-    finding.record_whole(r, seen, VARIABLE)
+    let finding = OcclusionPasses { names, ..OcclusionPasses::new(r, &settings, true) };
+    finding.record_whole(r, inputs, VARIABLE)
 }
 
 /// Of a still of few samples whose later ones leave tiles out: its first one looks around, takes the pattern of its
@@ -155,17 +174,17 @@ pub fn record_variable(
 fn record_look(
     r: &mut Recorder<'_, '_>,
     settings: &OcclusionSettings,
-    seen: Seen<'_>,
-) -> Result<(Handle, FoundBefore), ProgramError> {
-    let finding = Finding::new(r, settings, true);
+    inputs: ScreenInputs<'_>,
+) -> Result<(Handle, OcclusionCache), ProgramError> {
+    let finding = OcclusionPasses::new(r, settings, true);
     // Where nothing is blurred, what looks around is what is kept.
     let has_distances = finding.has_distances || !finding.is_filtered;
-    let finding = Finding { keeps_distances: true, has_distances, bridges_grooves: true, ..finding };
+    let finding = OcclusionPasses { keeps_distances: true, has_distances, bridges_grooves: true, ..finding };
     let look = r.history("occlusion.look", TextureDesc { format: WITH_DISTANCES, ..finding.desc });
     r.declare_texels(&look.next, Texels::Share);
     let looks = look.is_first || r.view.uniform.sample_index == 0;
-    let texture = if looks { finding.record(r, seen, look.next)? } else { look.previous };
-    Ok((texture, FoundBefore { side_px: finding.side_px, reach_m: THICKNESS * finding.uniform.radius_m }))
+    let texture = if looks { finding.record(r, inputs, look.next)? } else { look.previous };
+    Ok((texture, OcclusionCache { side_px: finding.side_px, reach_m: THICKNESS * finding.uniform.radius_m }))
 }
 
 /// Of a still whose later samples leave tiles out: the `mean` of what its first samples find, who draw all that
@@ -173,13 +192,13 @@ fn record_look(
 fn record_mean(
     r: &mut Recorder<'_, '_>,
     settings: &OcclusionSettings,
-    seen: Seen<'_>,
+    inputs: ScreenInputs<'_>,
     (mean, whole): (History, u32),
 ) -> Result<Handle, ProgramError> {
-    let finding = Finding::new(r, settings, whole < UNFILTERED_MEAN);
+    let finding = OcclusionPasses::new(r, settings, whole < UNFILTERED_MEAN);
     let target = share_texture(r, finding.last_name(), finding.desc);
-    let found = finding.record(r, seen, target)?;
-    let step = finding.upsample(r, seen, &found);
+    let found = finding.record(r, inputs, target)?;
+    let step = finding.upsample(r, inputs, &found);
     let step = if mean.is_first {
         step.constant("keeps_mean", 1).stand_in("previous_occlusion")
     } else {
@@ -196,7 +215,7 @@ fn share_texture(r: &mut Recorder<'_, '_>, name: &'static str, desc: TextureDesc
 }
 
 /// How a picture of occlusion is made, at its size.
-struct Finding<'s> {
+struct OcclusionPasses<'s> {
     /// Of the pass that looks around, of the one that takes noise out, and of the one that brings it to the full size.
     names: [&'static str; 3],
     settings: &'s OcclusionSettings,
@@ -213,7 +232,7 @@ struct Finding<'s> {
     bridges_grooves: bool,
 }
 
-impl<'s> Finding<'s> {
+impl<'s> OcclusionPasses<'s> {
     fn new(r: &Recorder<'_, '_>, settings: &'s OcclusionSettings, is_filtered: bool) -> Self {
         let side_px = settings.resolution.side_px();
         // Directions take the other channels. At the full size distances are there as they are.
@@ -243,32 +262,37 @@ impl<'s> Finding<'s> {
     }
 
     /// What all steps have in common.
-    fn step<'r, 'f>(&self, step: Fullscreen<'r, 'f>, seen: Seen<'_>) -> Fullscreen<'r, 'f> {
+    fn step<'r, 'f>(&self, step: Fullscreen<'r, 'f>, inputs: ScreenInputs<'_>) -> Fullscreen<'r, 'f> {
         let step = step.constant("side", self.side_px).constant("has_distances", u32::from(self.has_distances));
         let step = step.constant("bridges_grooves", u32::from(self.bridges_grooves));
-        step.uniform("occlusion", &self.uniform).read("normal", seen.normal).read("linear_depth", seen.linear_depth)
+        step.uniform("occlusion", &self.uniform).read("normal", inputs.normal).read("linear_depth", inputs.linear_depth)
     }
 
     /// Looks around, and brings what is found to the full size, into a texture of `format`.
     fn record_whole(
         &self,
         r: &mut Recorder<'_, '_>,
-        seen: Seen<'_>,
+        inputs: ScreenInputs<'_>,
         format: wgpu::TextureFormat,
     ) -> Result<Handle, ProgramError> {
         let whole = r.view.desc(format);
         let target = share_texture(r, self.last_name(), if self.side_px == 1 { whole } else { self.desc });
-        let found = self.record(r, seen, target)?;
+        let found = self.record(r, inputs, target)?;
         if self.side_px == 1 {
             return Ok(found);
         }
         let target = share_texture(r, self.names[2], whole);
-        let step = self.upsample(r, seen, &found).constant("keeps_mean", 0).stand_in("previous_occlusion");
-        step.over(PicturePart::Surfaces, seen.depth).draw_into(target, OPEN)
+        let step = self.upsample(r, inputs, &found).constant("keeps_mean", 0).stand_in("previous_occlusion");
+        step.over(PicturePart::Surfaces, inputs.depth).draw_into(target, OPEN)
     }
 
     /// Looks around, and draws what is found into `target`.
-    fn record(&self, r: &mut Recorder<'_, '_>, seen: Seen<'_>, target: Handle) -> Result<Handle, ProgramError> {
+    fn record(
+        &self,
+        r: &mut Recorder<'_, '_>,
+        inputs: ScreenInputs<'_>,
+        target: Handle,
+    ) -> Result<Handle, ProgramError> {
         let Self { names: [look, blur, _], settings, desc, side_px, is_filtered, .. } = *self;
         let program = match settings.method {
             OcclusionMethod::Gtao => "occlusion_gtao",
@@ -279,7 +303,7 @@ impl<'s> Finding<'s> {
             _ => step.within_surfaces(side_px).draw_into(target, open_texel(has_distances)),
         };
         let (noisy, blurred) = if is_filtered { (share_texture(r, look, desc), Some(target)) } else { (target, None) };
-        let step = self.step(r.fullscreen(look, program, &[]), seen).constants(&[
+        let step = self.step(r.fullscreen(look, program, &[]), inputs).constants(&[
             ("patterned", u32::from(is_filtered)),
             ("noisy", u32::from(settings.noise)),
             ("bends", u32::from(settings.bent_normals)),
@@ -289,16 +313,21 @@ impl<'s> Finding<'s> {
             OcclusionMethod::Gtao => step.constant("slices", slices).constant("steps", steps),
             OcclusionMethod::Ssao => step.constant("kernel", settings.points()),
         };
-        let found = of_surfaces(step, noisy, seen.depth, self.has_distances)?;
+        let found = of_surfaces(step, noisy, inputs.depth, self.has_distances)?;
         let Some(target) = blurred else { return Ok(found) };
-        let step = self.step(r.fullscreen(blur, "occlusion_blur", &[]), seen);
+        let step = self.step(r.fullscreen(blur, "occlusion_blur", &[]), inputs);
         let step = step.constant("keeps_distances", u32::from(self.keeps_distances)).read("noisy_occlusion", &found);
-        of_surfaces(step, target, seen.depth, self.keeps_distances)
+        of_surfaces(step, target, inputs.depth, self.keeps_distances)
     }
 
     /// The step that brings what was `found` to the full size.
-    fn upsample<'r, 'f>(&self, r: &'r mut Recorder<'_, 'f>, seen: Seen<'_>, found: &Handle) -> Fullscreen<'r, 'f> {
-        let step = self.step(r.fullscreen(self.names[2], "occlusion_upsample", &[]), seen);
+    fn upsample<'r, 'f>(
+        &self,
+        r: &'r mut Recorder<'_, 'f>,
+        inputs: ScreenInputs<'_>,
+        found: &Handle,
+    ) -> Fullscreen<'r, 'f> {
+        let step = self.step(r.fullscreen(self.names[2], "occlusion_upsample", &[]), inputs);
         step.constant("patterned", u32::from(self.is_filtered)).read("coarse_occlusion", found)
     }
 }

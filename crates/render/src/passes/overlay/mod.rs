@@ -8,10 +8,14 @@
 //! unassociated alpha cannot be blended.
 
 use crate::overlay::draw::OverlayDraw;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use std::borrow::Cow;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("overlay");
 
 /// The format of a layer: colours times a small alpha have too few steps as bytes.
 const LAYER: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;

@@ -5,12 +5,16 @@
 
 use crate::fog::{FogSettings, FogUniform};
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::PassInfo;
 use crate::record::{ADD, Recorder};
 use crate::shader::program::ProgramError;
 use crate::transparency::SUM;
 use glam::{Vec2, Vec3};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use manypass_scene::particles::Look;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("particles");
 
 /// How many pairs of particles that shade each other a frame looks at, unless that were fewer than [`OCCLUDERS_MIN`] for
 /// each.
@@ -20,7 +24,7 @@ const OCCLUDERS_MAX: u32 = 1024;
 
 /// A system of particles that a view shows.
 #[derive(Clone, Debug)]
-pub struct ShownParticles {
+pub struct ParticlesDraw {
     /// Its name.
     pub name: String,
     /// How they look.
@@ -77,14 +81,14 @@ fn occluders(look: &Look, cells: u32) -> u32 {
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
-    all: &[ShownParticles],
+    all: &[ParticlesDraw],
     fog: &FogSettings,
     linear_depth: &Handle,
     mut radiance: Handle,
 ) -> Result<Handle, ProgramError> {
     let pre_exposure = r.view.uniform.pre_exposure;
     let fog = FogUniform::new(fog, pre_exposure);
-    for ShownParticles { name, look, states: [place, velocity] } in all {
+    for ParticlesDraw { name, look, states: [place, velocity] } in all {
         let (columns, rows) = (place.texture().width(), place.texture().height());
         let uniform = ParticlesUniform::new(look, [columns, rows], pre_exposure);
         let desc = TextureDesc::new_2d(columns, rows, RADIANCE);

@@ -3,15 +3,19 @@
 //! Drawn over all that is opaque, after fog, which the view that is seen has for itself, and before what is blended. Reads:
 //! radiance of the view behind. Writes: radiance, depth.
 
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use glam::{Vec3, Vec4};
 use manypass_graph::{ColorLoad, Handle};
 use manypass_scene::capture::OUTLINE_CORNERS_MAX;
 
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("portals");
+
 /// An end of a portal that a view shows.
 #[derive(Debug)]
-pub struct ShownPortal {
+pub struct PortalDraw {
     /// Its outline in world space, at most [`OUTLINE_CORNERS_MAX`] corners.
     pub corners_world: Vec<Vec3>,
     /// The radiance of what is seen through it.
@@ -31,7 +35,7 @@ struct PortalUniform {
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
-    portals: &[ShownPortal],
+    portals: &[PortalDraw],
     (mut radiance, mut depth): (Handle, Handle),
 ) -> Result<(Handle, Handle), ProgramError> {
     if r.view.counts_pairs() {

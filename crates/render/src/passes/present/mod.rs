@@ -3,9 +3,13 @@
 //! Source: Porter & Duff 1984, "over". Reads: display. Writes: the target, within a rectangle. The picture's alpha
 //! blends it with what the target held: in linear light where the target's format is sRGB, else in display colours.
 
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("present");
 
 /// A texture of the caller's that a picture is drawn to.
 #[derive(Clone, Debug)]

@@ -8,6 +8,7 @@
 use crate::constants::{PROBE_FACE_SIDE, PROBE_HEIGHT, PROBE_WIDTH};
 use crate::environment::ENVIRONMENT_FORMAT;
 use crate::environment::lobe::FACES;
+use crate::pass_info::PassInfo;
 use crate::probes::TILE_SIDE;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
@@ -16,6 +17,9 @@ use glam::{Vec3, Vec4};
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use manypass_scene::environment::suns::SUNS_MAX;
 use std::f32::consts::PI;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("probe_capture");
 
 /// The coefficients of light.
 const COEFFICIENTS: u32 = 9;
@@ -124,7 +128,7 @@ pub(crate) struct CapturedProbe {
 
 /// One side of what is to be seen around a probe.
 #[derive(Debug)]
-pub(crate) struct SeenSide {
+pub(crate) struct ProbeSide {
     pub radiance: Handle,
     pub linear_depth: Handle,
 }
@@ -136,12 +140,12 @@ pub(crate) struct SeenSide {
 pub(crate) fn record(
     r: &mut Recorder<'_, '_>,
     probe: &CapturedProbe,
-    sides: &[SeenSide],
+    sides: &[ProbeSide],
     target: Handle,
 ) -> Result<Handle, ProgramError> {
     let side = PROBE_FACE_SIDE;
     let mut all = r.texture_of("probe.sides", TextureDesc::new_2d(6 * side, side, ENVIRONMENT_FORMAT));
-    for (face, SeenSide { radiance, linear_depth }) in (0..6).zip(sides) {
+    for (face, ProbeSide { radiance, linear_depth }) in (0..6).zip(sides) {
         let corner = Vec4::new((face * side) as f32, 0.0, 2.0 / side as f32, probe.distance_max_m);
         let step = r.fullscreen("probe_capture.face", "probe_face", &[]).read("view_radiance", radiance);
         let step = step.read("linear_depth", linear_depth).uniform("probe_face", &ProbeFace { corner });

@@ -2,9 +2,14 @@
 //!
 //! Drawn over all that is opaque, and before what is blended. Reads: the texels of probes. Writes: radiance, depth.
 
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo =
+    PassInfo { off: Some("debug.view=off"), in_fisheye: false, tiers: &[], ..PassInfo::new("probes") };
 
 /// Draws the probes of a view. Returns radiance and depth.
 ///

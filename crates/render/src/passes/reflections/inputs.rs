@@ -1,6 +1,6 @@
 //! What rays of reflections go through: distances and light of the picture, and levels of these.
 
-use super::Seen;
+use super::ScreenInputs;
 use crate::constants::REFLECTION_LEVELS;
 use crate::gbuffer::{LINEAR_DEPTH, RADIANCE};
 use crate::record::{DrawSelection, Recorder, Texels};
@@ -21,8 +21,8 @@ struct CoarseLevelUniform {
 }
 
 /// What rays go through.
-pub struct Inputs<'i> {
-    pub seen: Seen<'i>,
+pub struct RayInputs<'i> {
+    pub screen: ScreenInputs<'i>,
     /// The light that they meet.
     pub met: &'i Handle,
     pub pyramid: Handle,

@@ -1,6 +1,6 @@
 //! reflections: opaque surfaces reflect each other as far as the picture shows them, in place of the environment.
 //!
-//! Sources: rays in the picture (McGuire & Mara 2014, "Efficient GPU Screen-Space Ray Tracing") over a pyramid of least
+//! Sources: rays in the picture (McGuire & Mara 2014, "Efficient GPU Screen-Space Ray RayPasses") over a pyramid of least
 //! distances (Uludag 2014, "Hi-Z Screen-Space Cone-Traced Reflections"), to visible normals of GGX (Heitz 2018); what
 //! differs from them stands in `trace.wgsl`. Each sample of a still has another ray, so that their mean converges; that
 //! of few samples is a pattern of 4 × 4 texels, which `reflections.filter` takes out. Where rays are of half the size,
@@ -9,23 +9,42 @@
 //! surface and with the same shares; surfaces that are shaded where they are drawn do that themselves.
 //! Reads: G-buffer, linear_depth, occlusion, radiance. Writes: radiance.
 
+mod cache;
 mod inputs;
 mod settings;
 mod tiles;
 
+pub use cache::CachedReflections;
 pub use settings::ReflectionSettings;
 
 use crate::constants::RADIANCE_MAX;
 use crate::gbuffer::{Gbuffer, RADIANCE};
 use crate::occlusion::Occlusion;
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::{ADD, Fullscreen, PicturePart, Recorder};
+use crate::render_settings::Path;
 use crate::resolution::Resolution;
 use crate::screen_space::Reflections;
 use crate::shader::program::ProgramError;
-use inputs::{Inputs, record_backs, record_coarse_radiance, record_pyramid};
+use cache::CacheState;
+use inputs::{RayInputs, record_backs, record_coarse_radiance, record_pyramid};
 use manypass_graph::{ColorLoad, Handle, History, TextureDesc};
 use manypass_scene::Aabb;
 use tiles::Tiles;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo {
+    off: Some("reflections.enabled=false"),
+    paths: &[Path::Deferred, Path::Forward, Path::ForwardBatched],
+    in_fisheye: false,
+    tiers: &["medium", "high", "ultra"],
+    ..PassInfo::new("reflections")
+};
+
+/// How far it looks; none if settings switch it off.
+pub fn reach(settings: &ReflectionSettings) -> Option<Reach> {
+    settings.enabled.is_on().then_some(Reach::FirstSamples)
+}
 
 /// Where nothing is reflected.
 const NOTHING: ColorLoad = ColorLoad::Clear(wgpu::Color::TRANSPARENT);
@@ -110,9 +129,9 @@ impl ReflectionsUniform {
     }
 }
 
-/// The picture so far.
+/// What the passes read of the picture so far.
 #[derive(Clone, Copy, Debug)]
-pub struct Seen<'h> {
+pub struct ScreenInputs<'h> {
     /// What is known of its surfaces.
     pub gbuffer: &'h Gbuffer,
     /// What they hide from each other of the environment, which radiance has less of.
@@ -130,48 +149,6 @@ pub fn is_needed(r: &Recorder<'_, '_>, settings: &ReflectionSettings) -> bool {
     settings.enabled.is_on() && settings.roughness_max > 0.0 && !r.view.counts_pairs()
 }
 
-/// What samples of a still that leaves tiles out have of earlier ones.
-pub struct Kept {
-    kept: Keeping,
-    is_dark: bool,
-}
-
-enum Keeping {
-    /// Each sample looks for itself.
-    Nothing,
-    /// This one is among the first, which are so many.
-    Mean(History, u32),
-    /// It is there.
-    Found(Reflections),
-}
-
-impl Kept {
-    /// What there is of earlier samples.
-    pub fn new(r: &mut Recorder<'_, '_>, settings: &ReflectionSettings) -> Self {
-        let roughness_max = settings.roughness_max;
-        let kept = match r.view.whole_samples.filter(|_| is_needed(r, settings)) {
-            None => Keeping::Nothing,
-            Some(whole) => {
-                let mean = r.history("reflections.mean", r.view.desc(RADIANCE));
-                if !mean.is_first && r.view.uniform.sample_index >= whole {
-                    Keeping::Found(Reflections { texture: mean.previous, side_px: 1, roughness_max })
-                } else {
-                    Keeping::Mean(mean, whole)
-                }
-            }
-        };
-        Self { kept, is_dark: r.view.is_environment_dark }
-    }
-
-    /// What light of the environment is taken with: then there is nothing to [`record`]. In the dark no pass takes any.
-    pub fn found(&self) -> Option<&Reflections> {
-        match &self.kept {
-            Keeping::Found(found) if !self.is_dark => Some(found),
-            _ => None,
-        }
-    }
-}
-
 /// Records the passes, if the settings ask for them. `radiance` is what is added to. Also gives what was found of each
 /// pixel, if the picture shows surfaces that are shaded where they are drawn, to which it is still to be added.
 ///
@@ -180,30 +157,36 @@ impl Kept {
 pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &ReflectionSettings,
-    (seen, kept): (Seen<'_>, Kept),
+    (screen, cached): (ScreenInputs<'_>, CachedReflections),
     radiance: Handle,
 ) -> Result<(Handle, Option<Reflections>), ProgramError> {
-    if !is_needed(r, settings) || kept.found().is_some() {
+    if !is_needed(r, settings) || cached.reflections().is_some() {
         return Ok((radiance, None));
     }
-    let met = seen.radiance.unwrap_or(&radiance);
-    let (found, tiles) = match kept.kept {
-        Keeping::Nothing => Tracing::new(r, settings, (r.view.sample_count, UNFILTERED_RAYS)).record(r, seen, met)?,
-        Keeping::Mean(mean, whole) => record_mean(r, settings, (seen, met), (mean, whole))?,
-        Keeping::Found(found) => (found, None),
+    let met = screen.radiance.unwrap_or(&radiance);
+    let (found, tiles) = match cached.state {
+        CacheState::Unused => {
+            RayPasses::new(r, settings, (r.view.sample_count, UNFILTERED_RAYS)).record(r, screen, met)?
+        }
+        CacheState::Growing(mean, whole) => record_mean(r, settings, (screen, met), (mean, whole))?,
+        CacheState::Complete(reflections) => (reflections, None),
     };
-    let radiance = record_composed(r, "reflections.compose", seen, (&found, tiles.as_ref()), radiance)?;
-    let of_pixels = r.shows_shaded_where_drawn().then(|| record_upsampled(r, seen, found)).transpose()?;
+    let radiance = record_composed(r, "reflections.compose", screen, (&found, tiles.as_ref()), radiance)?;
+    let of_pixels = r.shows_shaded_where_drawn().then(|| record_upsampled(r, screen, found)).transpose()?;
     Ok((radiance, of_pixels))
 }
 
 /// What was found of each pixel.
-fn record_upsampled(r: &mut Recorder<'_, '_>, seen: Seen<'_>, found: Reflections) -> Result<Reflections, ProgramError> {
+fn record_upsampled(
+    r: &mut Recorder<'_, '_>,
+    screen: ScreenInputs<'_>,
+    found: Reflections,
+) -> Result<Reflections, ProgramError> {
     if found.side_px == 1 {
         return Ok(found);
     }
     let target = r.texture("reflections.upsample", RADIANCE);
-    let step = seen.gbuffer.read_by(r.fullscreen("reflections.upsample", "reflections_keep", &[]));
+    let step = screen.gbuffer.read_by(r.fullscreen("reflections.upsample", "reflections_keep", &[]));
     let step = Reflections::read_by(Some(&found), step).constant("takes_mean", 0).stand_in("previous_reflections");
     let texture = step.within_surfaces(1).draw_into(target, NOTHING)?;
     Ok(Reflections { texture, side_px: 1, ..found })
@@ -216,13 +199,13 @@ fn record_upsampled(r: &mut Recorder<'_, '_>, seen: Seen<'_>, found: Reflections
 pub fn record_composed(
     r: &mut Recorder<'_, '_>,
     name: &'static str,
-    seen: Seen<'_>,
+    screen: ScreenInputs<'_>,
     (found, tiles): (&Reflections, Option<&Tiles>),
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
-    let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_compose", &[]));
-    let step = Occlusion::read_by(seen.occlusion, Reflections::read_by(Some(found), step));
-    Tiles::limit(tiles, 1, step).over(PicturePart::Lit, seen.depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
+    let step = screen.gbuffer.read_by(r.fullscreen(name, "reflections_compose", &[]));
+    let step = Occlusion::read_by(screen.occlusion, Reflections::read_by(Some(found), step));
+    Tiles::limit(tiles, 1, step).over(PicturePart::Lit, screen.depth).blend(ADD).draw_into(radiance, ColorLoad::Keep)
 }
 
 /// Of a still whose later samples leave tiles out: the mean of what each of its first `whole` samples finds, which draw
@@ -230,11 +213,11 @@ pub fn record_composed(
 fn record_mean(
     r: &mut Recorder<'_, '_>,
     settings: &ReflectionSettings,
-    (seen, met): (Seen<'_>, &Handle),
+    (screen, met): (ScreenInputs<'_>, &Handle),
     (mean, whole): (History, u32),
 ) -> Result<(Reflections, Option<Tiles>), ProgramError> {
-    let (found, tiles) = Tracing::new(r, settings, (whole, UNFILTERED_MEAN)).record(r, seen, met)?;
-    let step = seen.gbuffer.read_by(r.fullscreen("reflections.mean", "reflections_keep", &[]));
+    let (found, tiles) = RayPasses::new(r, settings, (whole, UNFILTERED_MEAN)).record(r, screen, met)?;
+    let step = screen.gbuffer.read_by(r.fullscreen("reflections.mean", "reflections_keep", &[]));
     let step = Reflections::read_by(Some(&found), step).read("previous_reflections", &mean.previous);
     step.draw_into(mean.next, ColorLoad::Discard)?;
     Ok((found, tiles))
@@ -247,7 +230,7 @@ fn half_spacing_px(side_px: u32, samples: u32) -> f32 {
 }
 
 /// How rays are followed, and into what.
-struct Tracing<'s> {
+struct RayPasses<'s> {
     settings: &'s ReflectionSettings,
     uniform: ReflectionsUniform,
     desc: TextureDesc,
@@ -258,7 +241,7 @@ struct Tracing<'s> {
     smooth_only: bool,
 }
 
-impl<'s> Tracing<'s> {
+impl<'s> RayPasses<'s> {
     /// Of so many samples of which the picture shows the mean, and whose noise is filtered if they are fewer than that.
     fn new(r: &Recorder<'_, '_>, settings: &'s ReflectionSettings, (samples, unfiltered): (u32, u32)) -> Self {
         let is_filtered = samples < unfiltered || r.view.shows_few_samples();
@@ -282,23 +265,23 @@ impl<'s> Tracing<'s> {
     fn record(
         &self,
         r: &mut Recorder<'_, '_>,
-        seen: Seen<'_>,
+        screen: ScreenInputs<'_>,
         met: &Handle,
     ) -> Result<(Reflections, Option<Tiles>), ProgramError> {
-        let inputs = Inputs {
-            seen,
+        let inputs = RayInputs {
+            screen,
             met,
-            pyramid: record_pyramid(r, &seen.gbuffer.linear_depth)?,
+            pyramid: record_pyramid(r, &screen.gbuffer.linear_depth)?,
             coarse_radiance: record_coarse_radiance(r, met)?,
             backs: if self.settings.thickness_m > 0.0 { None } else { Some(record_backs(r)?) },
         };
         let rays = self.record_rays(r, "reflections", &inputs, None)?;
-        let sharp = self.sharp(r);
         let tiles = Tiles::record(r, &rays, self.side_px)?;
         let filtered = self
             .is_filtered
-            .then(|| self.record_filter(r, "reflections.filter", seen, (&rays, None, &tiles)))
+            .then(|| self.record_filter(r, "reflections.filter", screen, (&rays, None, &tiles)))
             .transpose()?;
+        let sharp = self.sharp(r);
         let sharp_rays = sharp
             .as_ref()
             .map(|sharp| sharp.record_rays(r, "reflections.smooth", &inputs, Some((&rays, &tiles))))
@@ -306,7 +289,7 @@ impl<'s> Tracing<'s> {
         let texture = filtered.unwrap_or(rays);
         let coarse = Reflections { texture, side_px: self.side_px, roughness_max: self.settings.roughness_max };
         let (Some(sharp), Some(sharp_rays)) = (sharp, sharp_rays) else { return Ok((coarse, Some(tiles))) };
-        let texture = sharp.record_filter(r, "reflections.sharpen", seen, (&sharp_rays, Some(&coarse), &tiles))?;
+        let texture = sharp.record_filter(r, "reflections.sharpen", screen, (&sharp_rays, Some(&coarse), &tiles))?;
         Ok((Reflections { texture, side_px: 1, ..coarse }, Some(tiles)))
     }
 
@@ -328,12 +311,12 @@ impl<'s> Tracing<'s> {
         &self,
         r: &mut Recorder<'_, '_>,
         name: &'static str,
-        inputs: &Inputs<'_>,
+        inputs: &RayInputs<'_>,
         coarse: Option<(&Handle, &Tiles)>,
     ) -> Result<Handle, ProgramError> {
-        let Inputs { seen, met, pyramid, coarse_radiance, backs } = inputs;
+        let RayInputs { screen, met, pyramid, coarse_radiance, backs } = inputs;
         let target = r.texture_of(name, self.desc);
-        let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_trace", &[]));
+        let step = screen.gbuffer.read_by(r.fullscreen(name, "reflections_trace", &[]));
         let step = step.constants(&[("steps", self.settings.length()), ("smooth_only", u32::from(self.smooth_only))]);
         let step = step.read("nearest_distances", pyramid).read("scene_radiance", met);
         let step = step.read("coarse_radiance", coarse_radiance);
@@ -345,11 +328,11 @@ impl<'s> Tracing<'s> {
             Some((rays, _)) => step.read("coarse_reflections", rays),
             None => step.stand_in("coarse_reflections"),
         };
-        let step = match seen.mirrored {
+        let step = match screen.mirrored {
             Some(mirrored) => step.constant("has_mirrors", 1).read("mirrored", mirrored),
             None => step.stand_in("mirrored"),
         };
-        self.draw_lit(step, *seen, (target, coarse.map(|(_, tiles)| tiles)))
+        self.draw_lit(step, *screen, (target, coarse.map(|(_, tiles)| tiles)))
     }
 
     /// Takes noise and dots out of `noisy`, and puts what is of smooth surfaces over `coarse`.
@@ -357,26 +340,27 @@ impl<'s> Tracing<'s> {
         &self,
         r: &mut Recorder<'_, '_>,
         name: &'static str,
-        seen: Seen<'_>,
+        screen: ScreenInputs<'_>,
         (noisy, coarse, tiles): (&Handle, Option<&Reflections>, &Tiles),
     ) -> Result<Handle, ProgramError> {
         let target = r.texture_of(name, self.desc);
-        let step = seen.gbuffer.read_by(r.fullscreen(name, "reflections_filter", &[]));
+        let step = screen.gbuffer.read_by(r.fullscreen(name, "reflections_filter", &[]));
         let step = Reflections::read_by(coarse, step).read("noisy_reflections", noisy);
-        self.draw_lit(step, seen, (target, Some(tiles)))
+        self.draw_lit(step, screen, (target, Some(tiles)))
     }
 
     fn draw_lit(
         &self,
         step: Fullscreen<'_, '_>,
-        seen: Seen<'_>,
+        screen: ScreenInputs<'_>,
         (target, tiles): (Handle, Option<&Tiles>),
     ) -> Result<Handle, ProgramError> {
         let step = Tiles::limit(tiles, self.side_px, step);
         let constants = [("side", self.side_px), ("patterned", u32::from(self.is_filtered))];
         let step = step.constants(&constants).uniform("reflections", &self.uniform);
-        let is_tested = self.side_px == 1 && seen.depth.desc().samples == 1;
-        let step = if is_tested { step.over(PicturePart::Lit, seen.depth) } else { step.within_surfaces(self.side_px) };
+        let is_tested = self.side_px == 1 && screen.depth.desc().samples == 1;
+        let step =
+            if is_tested { step.over(PicturePart::Lit, screen.depth) } else { step.within_surfaces(self.side_px) };
         step.draw_into(target, NOTHING)
     }
 }

@@ -9,10 +9,21 @@ mod settings;
 
 pub use settings::{MultisamplingSettings, PixelSamples};
 
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::Recorder;
+use crate::render_settings::Path;
 use crate::transparency::Blended;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use std::borrow::Cow;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo =
+    PassInfo { off: Some("msaa.samples=1"), paths: &[Path::Forward], tiers: &[], ..PassInfo::new("resolve") };
+
+/// How far it looks; none if settings switch it off. Samples of a pixel have one mark of what is converged.
+pub fn reach(settings: &MultisamplingSettings) -> Option<Reach> {
+    (settings.samples.count() > 1).then_some(Reach::EverySample)
+}
 
 /// The mean of the samples of `color`, or `color` itself if each of its pixels has one.
 pub fn record(r: &mut Recorder<'_, '_>, name: impl Into<Cow<'static, str>>, color: Handle) -> Handle {

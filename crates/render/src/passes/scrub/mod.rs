@@ -5,9 +5,13 @@
 //! ([`crate::Renderer::count_scrubbed`]), 1 where there is one.
 
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::PassInfo;
 use crate::record::{Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("scrub");
 
 /// Of which pixels are scrubbed.
 const COUNT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;

@@ -4,10 +4,21 @@
 //! fragments. Writes: the atlas, and of it the tiles alone that changed (`shadows` says which). Nearer to the
 //! light is greater, as everywhere.
 
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use crate::shadows::FrameShadows;
+use crate::shadows::ShadowSettings;
 use manypass_graph::Handle;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { off: Some("shadows.enabled=false"), ..PassInfo::new("shadows") };
+
+/// How far what it gives is looked for; none if settings switch it off. Contact shadows are found in screen space.
+pub fn reach(settings: &ShadowSettings) -> Option<Reach> {
+    let reach = if settings.has_contact() { Reach::EverySample } else { Reach::OwnPixel };
+    settings.enabled.then_some(reach)
+}
 
 /// Records the pass, if there is anything to draw.
 ///

@@ -22,15 +22,24 @@ mod settings;
 pub use settings::TaaSettings;
 
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::{Recorder, Texels};
 use crate::shader::program::ProgramError;
 use crate::view::CameraStep;
 use glam::Vec4;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { off: Some("taa.enabled=false"), tiers: &[], ..PassInfo::deferred("taa") };
+
+/// How far it looks; none if settings switch it off. Of several samples the first alone is anti-aliased over time.
+pub fn reach(settings: &TaaSettings) -> Option<Reach> {
+    settings.enabled.then_some(Reach::FirstSamples)
+}
+
 /// The frames before, which a frame goes on from.
 #[derive(Clone, Copy, Debug)]
-pub struct FramesBefore {
+pub struct PreviousFrames {
     /// From where the last one was seen.
     pub camera_step: CameraStep,
     /// What its radiance is multiplied by to be this frame's: pre-exposure may have changed.
@@ -45,14 +54,14 @@ pub struct TemporalFrame {
     /// From pre-exposed radiance to what the tone curve takes.
     pub exposure: f32,
     /// None if it is the first.
-    pub before: Option<FramesBefore>,
+    pub before: Option<PreviousFrames>,
     /// The picture's size, if what is written has that, and not the size at which the frame was shaded.
     pub upscaled_to: Option<(u32, u32)>,
 }
 
 /// What the passes read of a frame.
 #[derive(Clone, Copy, Debug)]
-pub struct Shown<'h> {
+pub struct FrameInputs<'h> {
     /// Pre-exposed, with coverage.
     pub radiance: &'h Handle,
     /// Metres.
@@ -107,7 +116,7 @@ impl TaaUniform {
     fn new(
         settings: &TaaSettings,
         frame: &TemporalFrame,
-        before: Option<&FramesBefore>,
+        before: Option<&PreviousFrames>,
         [shaded, size]: [(u32, u32); 2],
     ) -> Self {
         let size_px = [size.0 as f32, size.1 as f32];
@@ -146,9 +155,9 @@ pub fn record(
     r: &mut Recorder<'_, '_>,
     settings: &TaaSettings,
     frame: &TemporalFrame,
-    shown: Shown<'_>,
+    inputs: FrameInputs<'_>,
 ) -> Result<Handle, ProgramError> {
-    let TextureDesc { width, height, .. } = shown.radiance.desc();
+    let TextureDesc { width, height, .. } = inputs.radiance.desc();
     let shaded = (width, height);
     let size = frame.upscaled_to.unwrap_or(shaded);
     let upscales = [("upscales", u32::from(size != shaded))];
@@ -160,23 +169,23 @@ pub fn record(
     let before = frame.before.as_ref().filter(|_| !colors.is_first && !surfaces.is_first);
     let uniform = TaaUniform::new(settings, frame, before, [shaded, size]);
     // A first frame looks at nothing before it, but something has to be bound.
-    let previous = if before.is_some() { &colors.previous } else { shown.radiance };
-    let previous_surface = if before.is_some() { &surfaces.previous } else { shown.radiance };
+    let previous = if before.is_some() { &colors.previous } else { inputs.radiance };
+    let previous_surface = if before.is_some() { &surfaces.previous } else { inputs.radiance };
     let surface = r
         .fullscreen("taa.surface", "taa_surface", &[])
         .constants(&upscales)
         .uniform("taa", &uniform)
-        .read("radiance", shown.radiance)
-        .read("linear_depth", shown.linear_depth)
-        .read("motion", shown.motion)
+        .read("radiance", inputs.radiance)
+        .read("linear_depth", inputs.linear_depth)
+        .read("motion", inputs.motion)
         .read("previous_surface", previous_surface)
         .draw_into(surfaces.next, ColorLoad::Discard)?;
     r.fullscreen("taa", "taa", &[])
         .constants(&upscales)
         .uniform("taa", &uniform)
-        .read("radiance", shown.radiance)
+        .read("radiance", inputs.radiance)
         .read("previous", previous)
-        .read("motion", shown.motion)
+        .read("motion", inputs.motion)
         .read("surface", &surface)
         .draw_into(colors.next, ColorLoad::Discard)
 }

@@ -4,9 +4,13 @@
 //! floor without compute, two full-screen passes reduce rows and then columns. Reads: linear_depth. Writes:
 //! `tile_depth` (rg32float, a texel a tile): least and greatest distance along the view axis, of surfaces alone.
 
+use crate::pass_info::PassInfo;
 use crate::record::{Recorder, Texels};
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::deferred("tile_depth");
 
 const BOUNDS: wgpu::TextureFormat = wgpu::TextureFormat::Rg32Float;
 

@@ -10,11 +10,20 @@ mod settings;
 
 use crate::colour::srgb_from_linear;
 use crate::environment::Background;
+use crate::pass_info::{PassInfo, Reach};
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 pub use crate::tone_curve::Tonemap;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 pub use settings::ToneMapSettings;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { effect_inputs: &["display"], ..PassInfo::new("tone_map") };
+
+/// How far it looks: pictures that are shaded at another size are read between pixels.
+pub fn reach(scale: f32) -> Reach {
+    if scale == 1.0 { Reach::OwnPixel } else { Reach::EverySample }
+}
 
 /// The uniform of `tone_map.wgsl`; a test compares the two layouts.
 #[repr(C)]
@@ -62,7 +71,7 @@ impl ToneMapUniform {
 
 /// What is shown.
 #[derive(Clone, Copy, Debug)]
-pub struct Shown<'h> {
+pub struct DisplayInputs<'h> {
     /// Radiance, or a mean.
     pub radiance: &'h Handle,
     /// The mean of what glows, where that is apart.
@@ -101,7 +110,7 @@ pub fn record(
     name: &'static str,
     settings: &ToneMapSettings,
     left: Display,
-    Shown { radiance, glow, adapted, tint }: Shown<'_>,
+    DisplayInputs { radiance, glow, adapted, tint }: DisplayInputs<'_>,
     output: Handle,
 ) -> Result<Handle, ProgramError> {
     let (from, to) = (radiance.desc(), output.desc());

@@ -6,9 +6,13 @@
 //! of the background that alpha leaves, plus 1. `tone_map` lays the picture over the background with it.
 
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("transmittance");
 
 /// What is uncovered of a picture so far, whose pixels have one sample; into a texture for as many as are drawn.
 ///

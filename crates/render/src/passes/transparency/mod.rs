@@ -6,10 +6,14 @@
 //! that one blend state does for both targets.
 //! Reads: the sums that blended surfaces left. Writes: radiance and coverage.
 
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use crate::transparency::Blended;
 use manypass_graph::{ColorLoad, Handle};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("transparency");
 
 /// Records the pass, if blended surfaces left sums. Returns radiance and depth.
 ///

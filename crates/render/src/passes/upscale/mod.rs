@@ -13,9 +13,13 @@ mod settings;
 pub use settings::{UpscaleMethod, UpscaleSettings};
 
 use crate::gbuffer::RADIANCE;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { off: Some("upscale.method=bilinear"), tiers: &[], ..PassInfo::new("upscale") };
 
 /// The uniform of `upscale.wgsl`; a test compares the two layouts.
 #[repr(C)]

@@ -9,9 +9,13 @@
 //! for the report, the numbers of pairs of pixel and light.
 
 use crate::gbuffer::Gbuffer;
+use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
 use manypass_graph::Handle;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo { effect_inputs: &["radiance"], ..PassInfo::deferred("volumes") };
 
 /// Adds the light of all volumes to `radiance`. Returns it, and depth with a stencil of 0.
 ///

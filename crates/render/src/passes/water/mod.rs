@@ -6,6 +6,7 @@
 
 use crate::ground::ViewGround;
 use crate::mirror_picture::{MirrorPicture, MirrorUniform};
+use crate::pass_info::PassInfo;
 use crate::record::{ADD, Recorder};
 use crate::shader::program::ProgramError;
 use crate::waves::WAVES_ACROSS;
@@ -14,6 +15,9 @@ use manypass_graph::{ColorLoad, Handle};
 use manypass_scene::capture::{OUTLINE_CORNERS_MAX, Panel};
 use manypass_scene::simulation::Place;
 use manypass_scene::water::Water;
+
+/// What lists of passes say of this one.
+pub const PASS: PassInfo = PassInfo::new("water");
 
 /// Rays of a pixel of moving water, in each sample of a still of several, and in a picture of few.
 const RAYS: u32 = 2;
@@ -46,7 +50,7 @@ const PERIOD_SECS: f64 = 86_400.0;
 
 /// A surface of water that a view shows.
 #[derive(Debug)]
-pub struct ShownWater {
+pub struct WaterDraw {
     /// What it is made of.
     pub water: Water,
     /// Its plane.
@@ -91,8 +95,8 @@ struct WaterUniform {
 }
 
 impl WaterUniform {
-    fn new(shown: &ShownWater, ground_m: Option<f32>) -> Self {
-        let ShownWater { water, panel, corners_world, time_secs, is_from_below, .. } = shown;
+    fn new(shown: &WaterDraw, ground_m: Option<f32>) -> Self {
+        let WaterDraw { water, panel, corners_world, time_secs, is_from_below, .. } = shown;
         let normal = panel.normal_world;
         // From above, x goes to the right and y up, as on a map.
         let x_world = (Vec3::X - normal * normal.x).try_normalize().unwrap_or(Vec3::Z);
@@ -182,7 +186,7 @@ const MULTIPLY: wgpu::BlendState = wgpu::BlendState {
 /// A program that does not compile.
 pub fn record_within(
     r: &mut Recorder<'_, '_>,
-    water: &ShownWater,
+    water: &WaterDraw,
     (before, after): (&Handle, &Handle),
     mut radiance: Handle,
 ) -> Result<Handle, ProgramError> {
@@ -202,7 +206,7 @@ pub fn record_within(
 /// A program that does not compile.
 pub fn record(
     r: &mut Recorder<'_, '_>,
-    all: &[ShownWater],
+    all: &[WaterDraw],
     (below, linear_depth): (&Handle, &Handle),
     (mut radiance, mut depth): (Handle, Handle),
 ) -> Result<(Handle, Handle), ProgramError> {
@@ -210,7 +214,7 @@ pub fn record(
     let built_in = r.frame.tables.waves(r.frame.gpu).clone();
     let ground_m = r.view.ground.as_ref().map(ViewGround::height_m);
     for shown in all {
-        let ShownWater { water, corners_world, is_from_below, normal_map, simulated, picture, .. } = shown;
+        let WaterDraw { water, corners_world, is_from_below, normal_map, simulated, picture, .. } = shown;
         let (uniform, has_waves) = (WaterUniform::new(shown, ground_m), water.has_waves());
         let rays = match (has_waves, few) {
             (false, _) => 0,

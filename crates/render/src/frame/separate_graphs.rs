@@ -1,24 +1,19 @@
-//! What the views of a frame share: shadow maps, the environment, probes, the ground.
+//! Graphs that are no part of a frame's picture: maps of the environment, reflection and irradiance probes and the
+//! ground, which last over frames; and pairs of lights, which a report counts.
 
+use super::surfaces;
+use super::translucent::translucent_passes;
 use crate::draws::Tile;
 use crate::environment::lobe::{Lobe, LobeTable};
 use crate::environment::tiles::Tile as EnvironmentTile;
 use crate::ground::GroundMap;
-use crate::passes::probe_capture::{CapturedProbe, SeenSide};
-use crate::passes::{environment, ground, probe_capture, shadows};
+use crate::passes::probe_capture::{CapturedProbe, ProbeSide};
+use crate::passes::{environment, ground, probe_capture};
 use crate::record::Recorder;
 use crate::resources::environment::{EnvironmentTiles, Unfinished};
+use crate::settings::Settings;
 use crate::shader::program::ProgramError;
-use crate::shadows::FrameShadows;
 use manypass_graph::Handle;
-
-/// What all views of a frame share: the maps of their shadows.
-///
-/// # Errors
-/// A program that does not compile, or declares what nobody binds.
-pub fn shared_passes(r: &mut Recorder<'_, '_>, shadows: &FrameShadows, atlas: Handle) -> Result<(), ProgramError> {
-    shadows::record(r, shadows, atlas)
-}
 
 /// What surfaces reflect of a picture of the environment, once it is new.
 ///
@@ -59,7 +54,7 @@ pub(crate) fn surroundings_passes(
 pub(crate) fn probe_light_passes(
     r: &mut Recorder<'_, '_>,
     probe: &CapturedProbe,
-    sides: &[SeenSide],
+    sides: &[ProbeSide],
     target: Handle,
 ) -> Result<(), ProgramError> {
     let drawn = probe_capture::record(r, probe, sides, target)?;
@@ -80,4 +75,15 @@ pub(crate) fn ground_passes(
     let drawn = ground::record_map(r, map, tiles, target)?;
     r.graph.export(drawn);
     Ok(())
+}
+
+/// The numbers of pairs that the same lighting visits, in place of light, of a view that counts them: visited, shaded,
+/// in range and passed over, to be added up over all texels. What light is computed for are pixels of opaque surfaces,
+/// or where these are lit as they are drawn all of their fragments, or vertices; and those of blended surfaces.
+///
+/// # Errors
+/// A program that does not compile, or declares what nobody binds.
+pub fn pair_passes(r: &mut Recorder<'_, '_>, settings: &Settings) -> Result<Handle, ProgramError> {
+    let (pairs, depth) = surfaces::pair_passes(r, settings)?;
+    Ok(translucent_passes(r, settings, pairs, depth)?.radiance)
 }

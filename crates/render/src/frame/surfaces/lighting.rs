@@ -5,7 +5,7 @@ use crate::lights::LightCulling;
 use crate::passes::direct::Lights;
 use crate::passes::{direct, indirect, tile_depth, volumes};
 use crate::record::Recorder;
-use crate::screen_space::InPicture;
+use crate::screen_space::ScreenSpaceEffects;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
 use manypass_graph::Handle;
@@ -16,20 +16,20 @@ pub(super) fn light_passes(
     r: &mut Recorder<'_, '_>,
     settings: &Settings,
     gbuffer: &Gbuffer,
-    found: InPicture<'_>,
+    effects: ScreenSpaceEffects<'_>,
     depth: Handle,
     radiance: Handle,
 ) -> Result<(Handle, Handle), ProgramError> {
     match settings.lights.culling {
         LightCulling::Clustered | LightCulling::None => {
-            Ok((surface_light_passes(r, &Lights::Clusters, gbuffer, found, &depth, radiance)?, depth))
+            Ok((surface_light_passes(r, &Lights::Clusters, gbuffer, effects, &depth, radiance)?, depth))
         }
         LightCulling::Tiled => {
             let tile_depth = tile_depth::record(r, &gbuffer.linear_depth)?;
-            Ok((surface_light_passes(r, &Lights::Tiles(&tile_depth), gbuffer, found, &depth, radiance)?, depth))
+            Ok((surface_light_passes(r, &Lights::Tiles(&tile_depth), gbuffer, effects, &depth, radiance)?, depth))
         }
         LightCulling::Volumes | LightCulling::VolumesStencil => {
-            let radiance = surface_light_passes(r, &Lights::Global, gbuffer, found, &depth, radiance)?;
+            let radiance = surface_light_passes(r, &Lights::Global, gbuffer, effects, &depth, radiance)?;
             volumes::record(r, gbuffer, depth, radiance)
         }
     }
@@ -41,11 +41,11 @@ fn surface_light_passes(
     r: &mut Recorder<'_, '_>,
     lights: &Lights<'_>,
     gbuffer: &Gbuffer,
-    found: InPicture<'_>,
+    effects: ScreenSpaceEffects<'_>,
     depth: &Handle,
     radiance: Handle,
 ) -> Result<Handle, ProgramError> {
     let is_apart = !lights.adds_ambient(r) && !r.view.counts_pairs();
-    let radiance = if is_apart { indirect::record(r, gbuffer, found, depth, radiance)? } else { radiance };
-    direct::record(r, lights, gbuffer, found, depth, radiance)
+    let radiance = if is_apart { indirect::record(r, gbuffer, effects, depth, radiance)? } else { radiance };
+    direct::record(r, lights, gbuffer, effects, depth, radiance)
 }
