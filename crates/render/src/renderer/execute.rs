@@ -11,7 +11,7 @@ use super::recording::{OfScene, Recorded, RecordedView, record_views};
 use super::shadows::Atlas;
 use super::surroundings::FrameSurroundings;
 use super::{Purpose, Renderer};
-use crate::draws::{Deformation, Tile};
+use crate::draws::{Deformation, Tile, WorldDraws};
 use crate::environment::lobe::FACES;
 use crate::frame;
 use crate::gpu::Gpu;
@@ -82,7 +82,9 @@ impl Renderer {
             .map(|(asked, state)| self.light(asked, &mut world, state, &mut stats))
             .collect();
         // What fades has instances that only now are known.
-        stats.uploaded_bytes += self.instances.write(&self.gpu, &world.draws.instances);
+        let WorldDraws { instances, .. } = &world.draws;
+        stats.uploaded_bytes += self.instances.write_version(&self.gpu, instances, world.draws.instances_version());
+        stats.draw_lists_made = world.draws.lists_made();
         let shadows = self.prepare_shadows(asked, &lit, &world, (&mut stats, &mut next), purpose);
         if let Purpose::Rounds(rounds) = purpose {
             *rounds = stats.light_rounds.max(1);
@@ -320,8 +322,8 @@ impl Renderer {
         let wanting = asked.iter().filter(|asked| asked.request.needs_motion());
         let previous = wanting.filter_map(|asked| asked.request.previous.as_deref()).next();
         let has_previous = previous.is_some_and(|previous| {
-            let texels = previous.append_to(scene, &mut world.draws.deformation);
-            let written = self.resources.write_previous_nodes(&self.gpu, &texels);
+            let deformation = &mut world.draws.deformation;
+            let written = self.resources.write_previous_nodes(&self.gpu, (scene, previous), deformation);
             stats.uploaded_bytes += written.unwrap_or(0);
             written.is_some()
         });

@@ -80,7 +80,9 @@ impl TemporalAsked {
             request.previous = Some(last.pose.clone());
         }
         let index = last.as_ref().map_or(0, |last| last.index.wrapping_add(1));
-        Some(Self { index, pose: Arc::new(Pose::capture(scene, request.camera)), last })
+        let before = last.as_ref().map(|last| &*last.pose);
+        let pose = Pose::capture_after(scene, request.camera, before);
+        Some(Self { index, pose: Arc::new(pose), last })
     }
 
     /// Where in each pixel the frame looks, in pixels from its middle: in the middle at first.
