@@ -41,6 +41,8 @@ pub struct NodeSummary {
     pub lights: Vec<usize>,
     /// The nodes with a light among [`Scene::visible_levels`], in their order.
     pub lit: Vec<NodeId>,
+    /// For every node, whether it is among [`Scene::visible_levels`].
+    shown: Vec<bool>,
     /// Whether one of [`Scene::visible_nodes`] has a light.
     pub is_lit: bool,
     /// As [`Scene::bounds_world`].
@@ -149,12 +151,17 @@ impl Scene {
         }
         let visible = self.visible_levels();
         let lit = || visible.iter().filter(|(id, _)| self.node(*id).light.is_some());
+        let mut shown = vec![false; self.nodes.len()];
+        for (id, _) in &visible {
+            shown[id.0 as usize] = true;
+        }
         let summary = NodeSummary {
             version: self.nodes.version(),
             roots: self.roots.clone(),
             meshes: self.meshes.iter().map(Arc::downgrade).collect(),
             lights: self.nodes.iter().filter_map(|node| node.light).collect(),
             lit: lit().map(|(id, _)| *id).collect(),
+            shown,
             is_lit: lit().any(|(_, of)| of.is_none_or(|of| of.level == 0)),
             bounds_world: self.bounds_world(),
         };
@@ -163,6 +170,11 @@ impl Scene {
 }
 
 impl NodeSummary {
+    /// Whether a node is among [`Scene::visible_levels`].
+    pub fn shows(&self, id: NodeId) -> bool {
+        self.shown.get(id.0 as usize).copied().unwrap_or(false)
+    }
+
     fn is_of(&self, scene: &Scene) -> bool {
         self.version == scene.nodes.version() && self.roots == scene.roots && are_same(&self.meshes, &scene.meshes)
     }
@@ -207,6 +219,7 @@ mod tests {
         scene.update_transforms();
         let summary = scene.summary();
         assert_eq!((&summary.lights[..], &summary.lit[..], summary.is_lit), (&[0][..], &[id][..], true));
+        assert!(summary.shows(id) && !summary.shows(NodeId(1)));
         assert!(Arc::ptr_eq(&summary, &scene.summary()));
         scene.origin_m = Vec3::X;
         assert_eq!(scene.update_transforms(), 0);

@@ -9,6 +9,8 @@ use crate::resources::SceneResources;
 use crate::view::ViewUniform;
 use glam::{Mat4, Vec2};
 use manypass_scene::{NodeId, Scene};
+use std::cell::RefCell;
+use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -94,10 +96,18 @@ struct KnownList {
     is_used: bool,
 }
 
+/// Of so many views the extent is kept.
+const EXTENTS_MAX: usize = 16;
+
+/// What the extent of a view follows from beside the world's items.
+pub(super) type ExtentInputs = ([Mat4; 2], Vec2);
+
 /// The lists of views of one world.
 #[derive(Debug, Default)]
 pub(super) struct KnownLists {
     lists: Vec<KnownList>,
+    /// How far views see ([`WorldDraws::extent_m`]), the latest last.
+    extents_m: RefCell<VecDeque<(ExtentInputs, f32)>>,
     /// How many were made in this frame.
     made: u32,
 }
@@ -112,6 +122,21 @@ impl KnownLists {
     /// Drops all, because the world is another one.
     pub fn clear(&mut self) {
         self.lists.clear();
+        self.extents_m.get_mut().clear();
+    }
+
+    /// The extent of a view; found if it is not known.
+    pub fn extent_m(&self, of: ExtentInputs, find: impl FnOnce() -> f32) -> f32 {
+        let known = self.extents_m.borrow().iter().find(|(known, _)| *known == of).map(|(_, extent_m)| *extent_m);
+        known.unwrap_or_else(|| {
+            let extent_m = find();
+            let mut extents_m = self.extents_m.borrow_mut();
+            if extents_m.len() == EXTENTS_MAX {
+                extents_m.pop_front();
+            }
+            extents_m.push_back((of, extent_m));
+            extent_m
+        })
     }
 }
 
@@ -146,6 +171,11 @@ impl WorldDraws {
             self.lists.lists.push(KnownList { of: inputs, list: list.clone(), is_used: true });
         }
         list
+    }
+
+    /// How many items were posed in this frame, because something had changed.
+    pub fn items_posed(&self) -> u32 {
+        if self.is_posed { self.items.len() as u32 } else { 0 }
     }
 
     /// How many lists of views were made in this frame, and not kept from the last one.

@@ -185,6 +185,8 @@ pub(crate) struct WorldDraws {
     pub groups: Vec<Group>,
     /// The lists of views of this frame, and those of the last one that no view of this one has asked for yet.
     pub(super) lists: KnownLists,
+    /// Whether this frame made the items, and did not keep those of the last one.
+    pub(super) is_posed: bool,
     /// What the items were made from; none if that has to be done in each frame.
     made_from: Option<WorldInputs>,
     posed: Vec<Posed>,
@@ -216,9 +218,11 @@ impl WorldDraws {
             self.instances.truncate(self.items.len());
             self.deformation.clear();
             (self.glows, self.may_be_smooth) = (self.items_glow, self.items_may_be_smooth);
+            self.is_posed = false;
             return;
         }
         self.pose(scene, resources);
+        self.is_posed = true;
         self.lists.clear();
         self.version = next_version();
         (self.items_glow, self.items_may_be_smooth) = (self.glows, self.may_be_smooth);

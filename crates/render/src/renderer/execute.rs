@@ -84,7 +84,7 @@ impl Renderer {
         // What fades has instances that only now are known.
         let WorldDraws { instances, .. } = &world.draws;
         stats.uploaded_bytes += self.instances.write_version(&self.gpu, instances, world.draws.instances_version());
-        stats.draw_lists_made = world.draws.lists_made();
+        (stats.items_posed, stats.draw_lists_made) = (world.draws.items_posed(), world.draws.lists_made());
         let shadows = self.prepare_shadows(asked, &lit, &world, (&mut stats, &mut next), purpose);
         if let Purpose::Rounds(rounds) = purpose {
             *rounds = stats.light_rounds.max(1);
