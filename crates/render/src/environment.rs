@@ -78,7 +78,7 @@ impl Environment {
         if scene.environment.is_some() {
             return Self::File;
         }
-        let is_lit = scene.holds_baked_light || scene.summary().is_lit;
+        let is_lit = scene.holds_baked_light || scene.is_lit();
         match (is_lit, scene.exposure_stops) {
             (false, _) => Self::Studio,
             (true, None) => Self::Fill,

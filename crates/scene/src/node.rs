@@ -389,6 +389,10 @@ impl Scene {
 
     /// The box around everything that is drawn, in world space, as of the last [`Scene::update_transforms`].
     pub fn bounds_world(&self) -> Aabb {
+        *self.summary().bounds_world.get_or_init(|| self.find_bounds_world())
+    }
+
+    fn find_bounds_world(&self) -> Aabb {
         self.visible_nodes().into_iter().fold(Aabb::EMPTY, |bounds, id| {
             let node = self.node(id);
             let Some(mesh) = node.mesh.and_then(|mesh| self.meshes.get(mesh)) else { return bounds };

@@ -4,7 +4,7 @@ use crate::{Aabb, Mesh, Node, NodeId, Scene, Skin};
 use glam::Vec3;
 use std::ops::{Deref, DerefMut};
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, Weak};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 /// The version that the next nodes get which have changed. 0 is none.
 static NEXT_VERSION: AtomicU64 = AtomicU64::new(1);
@@ -31,22 +31,24 @@ struct PlacedInputs {
     skins: Vec<Skin>,
 }
 
-/// What [`Scene::summary`] finds out of all nodes.
+/// What is found out of all nodes once while none changes.
 #[derive(Debug)]
-pub struct NodeSummary {
+pub(crate) struct NodeSummary {
     version: u64,
     roots: Vec<NodeId>,
     meshes: Vec<Weak<Mesh>>,
-    /// For every node with a light, hidden ones too: its index into [`Scene::lights`].
-    pub lights: Vec<usize>,
-    /// The nodes with a light among [`Scene::visible_levels`], in their order.
-    pub lit: Vec<NodeId>,
-    /// For every node, whether it is among [`Scene::visible_levels`].
+    lights: Arc<[usize]>,
+    visible: OnceLock<VisibleNodes>,
+    pub bounds_world: OnceLock<Aabb>,
+}
+
+/// What [`Scene::visible_levels`] has.
+#[derive(Debug)]
+struct VisibleNodes {
+    /// For every node, whether it is there.
     shown: Vec<bool>,
-    /// Whether one of [`Scene::visible_nodes`] has a light.
-    pub is_lit: bool,
-    /// As [`Scene::bounds_world`].
-    pub bounds_world: Aabb,
+    lit: Arc<[NodeId]>,
+    is_lit: bool,
 }
 
 impl Nodes {
@@ -133,8 +135,17 @@ impl Scene {
 
     /// Says that transforms and bounds are up to date.
     pub(crate) fn keep_placed(&mut self) {
+        let version = self.nodes.version();
+        if let Some(placed) = &mut self.nodes.placed
+            && placed.roots == self.roots
+            && are_same(&placed.meshes, &self.meshes)
+            && placed.skins == self.skins
+        {
+            (placed.version, placed.origin_m) = (version, self.origin_m);
+            return;
+        }
         self.nodes.placed = Some(PlacedInputs {
-            version: self.nodes.version(),
+            version,
             roots: self.roots.clone(),
             origin_m: self.origin_m,
             meshes: self.meshes.iter().map(Arc::downgrade).collect(),
@@ -142,41 +153,64 @@ impl Scene {
         });
     }
 
-    /// What all nodes together are, as of the last [`Self::update_transforms`]. It is found out once while nothing
-    /// changes.
-    pub fn summary(&self) -> Arc<NodeSummary> {
+    /// For every node with a light, hidden ones too: its index into [`Scene::lights`].
+    pub fn light_indices(&self) -> Arc<[usize]> {
+        self.summary().lights.clone()
+    }
+
+    /// The nodes with a light among [`Scene::visible_levels`], in their order.
+    pub fn lit_nodes(&self) -> Arc<[NodeId]> {
+        self.summary().visible(self).lit.clone()
+    }
+
+    /// Whether one of [`Scene::visible_nodes`] has a light.
+    pub fn is_lit(&self) -> bool {
+        self.summary().visible(self).is_lit
+    }
+
+    /// Whether a node is among [`Scene::visible_levels`].
+    pub fn shows(&self, id: NodeId) -> bool {
+        self.summary().visible(self).shown.get(id.0 as usize).copied().unwrap_or(false)
+    }
+
+    /// What was found out of the nodes as they are.
+    pub(crate) fn summary(&self) -> Arc<NodeSummary> {
         let mut kept = self.nodes.summary.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(summary) = kept.as_ref().filter(|summary| summary.is_of(self)) {
             return summary.clone();
-        }
-        let visible = self.visible_levels();
-        let lit = || visible.iter().filter(|(id, _)| self.node(*id).light.is_some());
-        let mut shown = vec![false; self.nodes.len()];
-        for (id, _) in &visible {
-            shown[id.0 as usize] = true;
         }
         let summary = NodeSummary {
             version: self.nodes.version(),
             roots: self.roots.clone(),
             meshes: self.meshes.iter().map(Arc::downgrade).collect(),
             lights: self.nodes.iter().filter_map(|node| node.light).collect(),
-            lit: lit().map(|(id, _)| *id).collect(),
-            shown,
-            is_lit: lit().any(|(_, of)| of.is_none_or(|of| of.level == 0)),
-            bounds_world: self.bounds_world(),
+            visible: OnceLock::new(),
+            bounds_world: OnceLock::new(),
         };
         kept.insert(Arc::new(summary)).clone()
     }
 }
 
 impl NodeSummary {
-    /// Whether a node is among [`Scene::visible_levels`].
-    pub fn shows(&self, id: NodeId) -> bool {
-        self.shown.get(id.0 as usize).copied().unwrap_or(false)
-    }
-
     fn is_of(&self, scene: &Scene) -> bool {
         self.version == scene.nodes.version() && self.roots == scene.roots && are_same(&self.meshes, &scene.meshes)
+    }
+
+    /// Of the scene whose summary it is.
+    fn visible(&self, scene: &Scene) -> &VisibleNodes {
+        self.visible.get_or_init(|| {
+            let visible = scene.visible_levels();
+            let mut shown = vec![false; scene.nodes.len()];
+            for (id, _) in &visible {
+                shown[id.0 as usize] = true;
+            }
+            let lit = || visible.iter().filter(|(id, _)| scene.node(*id).light.is_some());
+            VisibleNodes {
+                shown,
+                lit: lit().map(|(id, _)| *id).collect(),
+                is_lit: lit().any(|(_, of)| of.is_none_or(|of| of.level == 0)),
+            }
+        })
     }
 }
 
@@ -217,17 +251,15 @@ mod tests {
         let id = scene.add_node(None, Node { light: Some(0), ..Node::default() });
         scene.lights.push(Light::default());
         scene.update_transforms();
-        let summary = scene.summary();
-        assert_eq!((&summary.lights[..], &summary.lit[..], summary.is_lit), (&[0][..], &[id][..], true));
-        assert!(summary.shows(id) && !summary.shows(NodeId(1)));
-        assert!(Arc::ptr_eq(&summary, &scene.summary()));
+        assert_eq!((&scene.light_indices()[..], &scene.lit_nodes()[..], scene.is_lit()), (&[0][..], &[id][..], true));
+        assert!(scene.shows(id) && !scene.shows(NodeId(1)));
+        assert!(Arc::ptr_eq(&scene.lit_nodes(), &scene.lit_nodes()));
         scene.origin_m = Vec3::X;
         assert_eq!(scene.update_transforms(), 0);
         scene.node_mut(id).translation = Vec3::Y;
         assert_eq!(scene.update_transforms(), 1);
         assert_eq!(scene.node(id).world_from_object.w_axis.truncate(), Vec3::Y - Vec3::X);
         scene.roots.clear();
-        let summary = scene.summary();
-        assert_eq!((summary.lights.len(), summary.lit.len(), summary.is_lit), (1, 0, false));
+        assert_eq!((scene.light_indices().len(), scene.lit_nodes().len(), scene.is_lit()), (1, 0, false));
     }
 }

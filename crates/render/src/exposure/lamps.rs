@@ -34,8 +34,7 @@ const LAMP_SHARE: f32 = 0.5;
 
 /// What the strongest light gives the model, in lux: of points and spots at the nearest place of its box.
 fn strongest_lux(scene: &Scene) -> f32 {
-    let summary = scene.summary();
-    let bounds = summary.bounds_world;
+    let bounds = scene.bounds_world();
     let bounds = bounds.min.cmple(bounds.max).all().then_some(bounds);
     let near_m = bounds.map_or(1.0, |bounds| NEAR_SHARE * (bounds.max - bounds.min).length());
     let lux = |id: &NodeId| {
@@ -50,7 +49,7 @@ fn strongest_lux(scene: &Scene) -> f32 {
         let distance_m = place.distance(nearest).max(near_m);
         Some(strength / (distance_m * distance_m))
     };
-    summary.lit.iter().filter_map(lux).filter(|lux| lux.is_finite()).fold(0.0, f32::max)
+    scene.lit_nodes().iter().filter_map(lux).filter(|lux| lux.is_finite()).fold(0.0, f32::max)
 }
 
 /// What the sun gives a surface across its way, in the unit of the environment: that of noon under the sky.

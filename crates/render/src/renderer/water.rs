@@ -23,9 +23,8 @@ impl Surfaces {
         if scene.water.is_empty() {
             return Self::default();
         }
-        let nodes = scene.summary();
         let known = scene.water.iter().take(WATER_MAX).enumerate();
-        let shown = known.filter(|(_, water)| nodes.shows(water.node));
+        let shown = known.filter(|(_, water)| scene.shows(water.node));
         let with_outline = |(index, water): (usize, &Water)| {
             let panel = scene.panel(water.node).ok()?;
             Some((index, panel, scene.outline(water.node, &panel)))
