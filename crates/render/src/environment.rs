@@ -78,8 +78,7 @@ impl Environment {
         if scene.environment.is_some() {
             return Self::File;
         }
-        let has_lamp = || scene.visible_nodes().into_iter().any(|id| scene.node(id).light.is_some());
-        let is_lit = scene.holds_baked_light || has_lamp();
+        let is_lit = scene.holds_baked_light || scene.is_lit();
         match (is_lit, scene.exposure_stops) {
             (false, _) => Self::Studio,
             (true, None) => Self::Fill,

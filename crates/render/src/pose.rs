@@ -7,14 +7,37 @@ use manypass_scene::{Node, Scene};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
+/// So many nodes are kept together: what of them is as it was is shared by poses.
+const CHUNK_NODES: usize = 256;
+
 /// A posed scene as one camera saw it, kept while the scene moves on.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
     /// From where it was seen.
     pub camera: View,
-    nodes: Vec<NodePose>,
+    scene: Arc<ScenePose>,
+}
+
+/// Where everything was.
+#[derive(Debug)]
+struct ScenePose {
+    /// That of the scene's nodes.
+    version: u64,
+    node_count: usize,
+    /// By [`CHUNK_NODES`].
+    chunks: Vec<Arc<[NodePose]>>,
     /// `world_from_mesh` of every joint, by skin: nodes share them.
     skins: Vec<Vec<Mat4>>,
+}
+
+impl PartialEq for ScenePose {
+    fn eq(&self, other: &Self) -> bool {
+        let are_same = |(a, b): (&Arc<[NodePose]>, &Arc<[NodePose]>)| Arc::ptr_eq(a, b) || a == b;
+        std::ptr::eq(self, other)
+            || self.node_count == other.node_count
+                && self.chunks.iter().zip(&other.chunks).all(are_same)
+                && self.skins == other.skins
+    }
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -29,27 +52,72 @@ struct NodePose {
 
 impl NodePose {
     fn of(scene: &Scene, node: &Node) -> Self {
-        let mesh = node.mesh.and_then(|mesh| scene.meshes.get(mesh));
-        let default_weights = || mesh.map(|mesh| mesh.default_morph_weights.clone()).unwrap_or_default();
+        let weights = weights_of(scene, node).to_vec();
         Self {
             is_visible: node.is_visible,
             world_from_object: node.world_from_object,
-            skin: node.skin.filter(|_| mesh.is_some()),
-            weights: if node.morph_weights.is_empty() { default_weights() } else { node.morph_weights.clone() },
+            skin: skin_of(scene, node),
+            weights,
         }
     }
+
+    fn is_of(&self, scene: &Scene, node: &Node) -> bool {
+        self.is_visible == node.is_visible
+            && self.world_from_object == node.world_from_object
+            && self.skin == skin_of(scene, node)
+            && self.weights == weights_of(scene, node)
+    }
+}
+
+fn skin_of(scene: &Scene, node: &Node) -> Option<usize> {
+    let has_mesh = node.mesh.is_some_and(|mesh| mesh < scene.meshes.len());
+    node.skin.filter(|_| has_mesh)
+}
+
+fn weights_of<'s>(scene: &'s Scene, node: &'s Node) -> &'s [f32] {
+    let mesh = node.mesh.and_then(|mesh| scene.meshes.get(mesh));
+    let default_weights = mesh.map_or(&[][..], |mesh| &mesh.default_morph_weights);
+    if node.morph_weights.is_empty() { default_weights } else { &node.morph_weights }
 }
 
 impl Pose {
     /// Captures `scene` as of its last `update_transforms`, seen from `camera`.
     pub fn capture(scene: &Scene, camera: View) -> Self {
-        let nodes = scene.nodes.iter().map(|node| NodePose::of(scene, node)).collect();
-        Self { camera, nodes, skins: (0..scene.skins.len()).map(|skin| scene.joint_matrices(skin)).collect() }
+        Self::capture_after(scene, camera, None)
+    }
+
+    /// As [`Self::capture`]. It shares with `before` what has not moved since.
+    pub(crate) fn capture_after(scene: &Scene, camera: View, before: Option<&Self>) -> Self {
+        let before = before.map(|before| &before.scene);
+        let version = scene.nodes.version();
+        // Skins may be others though no node is.
+        if let Some(same) = before.filter(|before| before.version == version && scene.skins.is_empty()) {
+            return Self { camera, scene: same.clone() };
+        }
+        let chunk_of = |(at, nodes): (usize, &[Node])| {
+            let is_same = |known: &&Arc<[NodePose]>| {
+                known.len() == nodes.len() && known.iter().zip(nodes).all(|(known, node)| known.is_of(scene, node))
+            };
+            let known = before.and_then(|before| before.chunks.get(at)).filter(is_same);
+            known.cloned().unwrap_or_else(|| nodes.iter().map(|node| NodePose::of(scene, node)).collect())
+        };
+        let chunks = scene.nodes.chunks(CHUNK_NODES).enumerate().map(chunk_of).collect();
+        let skins = (0..scene.skins.len()).map(|skin| scene.joint_matrices(skin)).collect();
+        Self { camera, scene: Arc::new(ScenePose { version, node_count: scene.nodes.len(), chunks, skins }) }
     }
 
     /// Whether it may be one of `scene`'s.
     pub(crate) fn is_of(&self, scene: &Scene) -> bool {
-        self.nodes.len() == scene.nodes.len()
+        self.scene.node_count == scene.nodes.len()
+    }
+
+    /// The version of the nodes that it was captured of.
+    pub(crate) fn nodes_version(&self) -> u64 {
+        self.scene.version
+    }
+
+    fn node(&self, index: usize) -> Option<&NodePose> {
+        self.scene.chunks.get(index / CHUNK_NODES)?.get(index % CHUNK_NODES)
     }
 
     /// The table `previous_nodes` of `motion.wgsl`, four texels a node; joints and weights are appended to those of
@@ -58,11 +126,11 @@ impl Pose {
         let mut texels = Vec::with_capacity(4 * scene.nodes.len());
         let mut first_joints = BTreeMap::new();
         let count_before =
-            |known: &NodePose| known.skin.and_then(|skin| self.skins.get(skin)).map_or(0, |joints| joints.len());
+            |known: &NodePose| known.skin.and_then(|skin| self.scene.skins.get(skin)).map_or(0, |joints| joints.len());
         for (index, node) in scene.nodes.iter().enumerate() {
             let current = NodePose::of(scene, node);
             let count = current.skin.and_then(|skin| scene.skins.get(skin)).map_or(0, |skin| skin.joints.len());
-            let known = self.nodes.get(index).filter(|known| count_before(known) == count);
+            let known = self.node(index).filter(|known| count_before(known) == count);
             let pose = known.unwrap_or(&current);
             texels.extend(rows(&pose.world_from_object));
             let first_joint = match (known, pose.skin) {
@@ -88,7 +156,7 @@ impl Pose {
     /// Appends the joints of a skin, and gives the place of the first.
     fn append_joints(&self, skin: usize, deformation: &mut Deformation) -> u32 {
         let first = (deformation.joint_rows.len() / 3) as u32;
-        deformation.joint_rows.extend(self.skins.get(skin).into_iter().flatten().flat_map(rows));
+        deformation.joint_rows.extend(self.scene.skins.get(skin).into_iter().flatten().flat_map(rows));
         first
     }
 }
@@ -106,6 +174,25 @@ mod tests {
     use super::*;
     use glam::Vec3;
     use manypass_scene::{Mesh, Projection, Skin};
+
+    #[test]
+    fn what_has_not_moved_is_shared() {
+        let mut scene = Scene { meshes: vec![Mesh::default().into()], ..Scene::default() };
+        let nodes = (0..CHUNK_NODES + 3).map(|_| scene.add_node(None, Node { mesh: Some(0), ..Node::default() }));
+        let nodes: Vec<_> = nodes.collect();
+        scene.update_transforms();
+        let projection = Projection::Perspective { fov_y_rad: 0.8, near_m: 0.1, far_m: None };
+        let camera = View { world_from_view: Mat4::IDENTITY, projection };
+        let before = Pose::capture(&scene, camera);
+        let still = Pose::capture_after(&scene, camera, Some(&before));
+        assert!(Arc::ptr_eq(&before.scene, &still.scene) && still == before);
+        scene.node_mut(nodes[CHUNK_NODES]).translation = Vec3::X;
+        scene.update_transforms();
+        let moved = Pose::capture_after(&scene, camera, Some(&before));
+        let shared = before.scene.chunks.iter().zip(&moved.scene.chunks).map(|(a, b)| Arc::ptr_eq(a, b));
+        assert_eq!((shared.collect::<Vec<_>>(), moved == before), (vec![true, false], false));
+        assert_eq!(moved, Pose::capture(&scene, camera));
+    }
 
     #[test]
     fn nodes_of_one_skin_share_its_joints() {

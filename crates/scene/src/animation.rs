@@ -140,7 +140,7 @@ fn sample<T: Copy>(
 }
 
 /// Where a node is, seen from the one above it.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Local {
     translation: Vec3,
     rotation: Quat,
@@ -236,17 +236,22 @@ impl Scene {
         self.pose_properties(animation, time_secs);
         let Self { nodes, animations, .. } = self;
         for channel in animations.get(animation).into_iter().flat_map(|animation| &animation.channels) {
-            let Some(node) = nodes.get_mut(channel.node.0 as usize) else { continue };
+            let index = channel.node.0 as usize;
+            let Some(node) = nodes.get(index) else { continue };
+            // Nodes that stay as they are are not borrowed to change them.
             if let Keyframes::MorphWeights { count, values } = &channel.keyframes {
                 let weights = span(&channel.times_secs, time_secs)
                     .and_then(|span| sample_weights(values, *count, channel.interpolation, &span));
-                node.morph_weights = weights.unwrap_or(std::mem::take(&mut node.morph_weights));
+                if let Some(weights) = weights.filter(|weights| *weights != node.morph_weights) {
+                    nodes[index].morph_weights = weights;
+                }
             } else {
-                let local = channel.moved(
-                    Local { translation: node.translation, rotation: node.rotation, scale: node.scale },
-                    time_secs,
-                );
-                (node.translation, node.rotation, node.scale) = (local.translation, local.rotation, local.scale);
+                let known = Local { translation: node.translation, rotation: node.rotation, scale: node.scale };
+                let local = channel.moved(known, time_secs);
+                if local != known {
+                    let node = &mut nodes[index];
+                    (node.translation, node.rotation, node.scale) = (local.translation, local.rotation, local.scale);
+                }
             }
         }
     }

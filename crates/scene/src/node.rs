@@ -3,6 +3,7 @@
 use crate::capture::{LAYERS_DEFAULT, Mirror};
 use crate::decal::Decal;
 use crate::environment::{BrdfTable, EnvironmentMap};
+use crate::nodes::Nodes;
 use crate::overlay::Overlay;
 use crate::particles::Particles;
 use crate::portal::Portal;
@@ -176,7 +177,7 @@ impl Node {
 #[derive(Clone, Debug, Default)]
 pub struct Scene {
     /// All nodes; only those reachable from `roots` are drawn.
-    pub nodes: Vec<Node>,
+    pub nodes: Nodes,
     /// The nodes without a parent that are drawn.
     pub roots: Vec<NodeId>,
     /// Where world space has its origin in the space of the file: what lies far from the origin is drawn near it
@@ -341,9 +342,17 @@ impl Scene {
     /// anything has changed since the last time: the node itself, one above it, its mesh, a joint of its skin or a
     /// morph weight; and what portals carry. Gives the number of nodes whose transform was computed anew.
     pub fn update_transforms(&mut self) -> usize {
-        let count = self.update_all();
+        let carries = self.portals.iter().any(|portal| !portal.carried.is_empty());
+        if !carries && self.is_placed() {
+            return 0;
+        }
+        let mut count = self.update_all();
         // What portals carry follows what it stands for.
-        if self.carry_through_portals() { count + self.update_all() } else { count }
+        if self.carry_through_portals() {
+            count += self.update_all();
+        }
+        self.keep_placed();
+        count
     }
 
     fn update_all(&mut self) -> usize {
@@ -380,6 +389,10 @@ impl Scene {
 
     /// The box around everything that is drawn, in world space, as of the last [`Scene::update_transforms`].
     pub fn bounds_world(&self) -> Aabb {
+        *self.summary().bounds_world.get_or_init(|| self.find_bounds_world())
+    }
+
+    fn find_bounds_world(&self) -> Aabb {
         self.visible_nodes().into_iter().fold(Aabb::EMPTY, |bounds, id| {
             let node = self.node(id);
             let Some(mesh) = node.mesh.and_then(|mesh| self.meshes.get(mesh)) else { return bounds };

@@ -30,6 +30,11 @@ impl Deformation {
         self.joints.clear();
     }
 
+    /// Whether nothing is deformed.
+    pub fn is_empty(&self) -> bool {
+        self.joint_rows.is_empty() && self.morph_weights.is_empty()
+    }
+
     /// The joints of a skin, which are appended for the first of its nodes.
     pub(super) fn joints_of(&mut self, scene: &Scene, skin: usize) -> Joints {
         if let Some(known) = self.joints.get(&skin) {

@@ -34,6 +34,12 @@ impl WorldDraws {
         if !diagonal_m.is_finite() || picture_m * (middle_m - 0.5 * diagonal_m) >= diagonal_m {
             return diagonal_m;
         }
+        let of = ([view.world_from_view, view.view_from_world], view.view_from_ndc_scale);
+        self.lists.extent_m(of, || diagonal_m.min(picture_m / self.mean_nearness_per_m(view)))
+    }
+
+    /// The mean over the picture of 1 / the distance along the view axis.
+    fn mean_nearness_per_m(&self, view: &ViewUniform) -> f32 {
         let mut rays = Rays::new(view);
         rays.meet(&self.flat_bounds_world);
         for item in &self.items {
@@ -47,7 +53,7 @@ impl WorldDraws {
                 _ => rays.meet(&item.bounds_world),
             }
         }
-        diagonal_m.min(picture_m / rays.mean_nearness_per_m())
+        rays.mean_nearness_per_m()
     }
 }
 

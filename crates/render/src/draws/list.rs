@@ -2,11 +2,11 @@
 
 use super::Faces;
 use super::leveled::{Form, Shown};
+use super::still::ListOf;
 use super::world::{BLOCK_ITEMS, Item, WorldDraws};
-use crate::levels::{Chooser, LevelCount};
+use crate::levels::LevelCount;
 use crate::resources::Instance;
-use crate::view::ViewUniform;
-use glam::{Mat4, Vec3, Vec4};
+use glam::{Mat4, Vec2, Vec3, Vec4};
 use manypass_scene::{Aabb, Topology};
 use std::ops::Range;
 
@@ -51,24 +51,41 @@ pub(crate) struct DrawList {
 }
 
 impl DrawList {
-    /// Everything of `world` in one of the `layers` that `view` may show, at the levels that are chosen. What fades has
+    /// Everything of `world` in one of the layers that a view may show, at the levels that are chosen. What fades has
     /// instances of its own, which are added to the world's.
-    pub fn new(world: &mut WorldDraws, view: &ViewUniform, layers: u32, chooser: &Chooser) -> Self {
-        let mut list = Self::of(world, view, layers, chooser);
+    pub(super) fn new(world: &mut WorldDraws, of: &ListOf<'_>) -> Self {
+        let frustum = Frustum::new(&of.view.clip_from_world, of.room_ndc());
+        let mut list = Self::default();
+        list.add_opaque(world, &frustum, of);
+        list.add_blended(world, &frustum, of);
         world.instances.append(&mut list.fading);
         list
     }
 
-    fn of(world: &WorldDraws, view: &ViewUniform, layers: u32, chooser: &Chooser) -> Self {
-        let frustum = Frustum::new(&view.clip_from_world);
-        let mut list = Self::default();
-        let (opaque, blended) = world.items.split_at(world.opaque_count);
-        list.opaque.reserve(opaque.len());
+    fn add_opaque(&mut self, world: &WorldDraws, frustum: &Frustum, of: &ListOf<'_>) {
+        let (list, ListOf { layers, chooser, .. }) = (self, *of);
+        let opaque = &world.items[..world.opaque_count];
         let mut last_group = None;
         let mut fading = FadingDraws::default();
         for (block, (items, bounds)) in opaque.chunks(BLOCK_ITEMS).zip(&world.blocks).enumerate() {
             let sight = bounds.map_or(Sight::Part, |bounds| frustum.sight(&bounds));
             if sight == Sight::None {
+                continue;
+            }
+            if let (Sight::Whole, [first, .., last]) = (sight, items)
+                && world.alike.get(block) == Some(&true)
+                && first.view_layers & layers != 0
+                && !world.is_chosen(first, chooser)
+            {
+                // As each of them would be.
+                if fading.group != first.group {
+                    list.append_fading(&mut fading, world);
+                    fading.group = first.group;
+                }
+                let index = ((block * BLOCK_ITEMS) as u32, Form::default());
+                list.append_opaque(index, world, last_group == Some(first.group));
+                list.append_rest(last, items.len() as u64 - 1, world);
+                last_group = Some(first.group);
                 continue;
             }
             for (index, item) in items.iter().enumerate() {
@@ -112,6 +129,11 @@ impl DrawList {
                 last_group = None;
             }
         }
+    }
+
+    fn add_blended(&mut self, world: &WorldDraws, frustum: &Frustum, of: &ListOf<'_>) {
+        let (list, ListOf { view, layers, chooser, .. }) = (self, *of);
+        let blended = &world.items[world.opaque_count..];
         let distance_m = |item: &Item| -view.view_from_world.transform_point3(item.center).z;
         let mut visible: Vec<(f32, u32)> = blended
             .iter()
@@ -140,7 +162,6 @@ impl DrawList {
                 }
             }
         }
-        list
     }
 
     /// Opaque surfaces from now on are drawn from behind, too.
@@ -211,6 +232,14 @@ impl DrawList {
         self.opaque.push(Draw { item: index, form, fades: false, is_decaled: false, faces: item.faces, instances });
     }
 
+    /// Goes on with the last draw up to `item`, with so many more that are like it.
+    fn append_rest(&mut self, item: &Item, count: u64, world: &WorldDraws) {
+        self.triangles += count * world.triangles(item, 0);
+        if let Some(last) = self.opaque.last_mut() {
+            last.instances.end = item.instances().end;
+        }
+    }
+
     fn append_blended(&mut self, item: &Item, draw: Draw) {
         if item.transmissive {
             self.transmissive.push(draw);
@@ -252,16 +281,18 @@ enum Sight {
 
 /// Whether a view may show something of an upright box.
 pub(crate) fn may_show(clip_from_world: &Mat4, bounds_world: &Aabb) -> bool {
-    Frustum::new(clip_from_world).sight(bounds_world) != Sight::None
+    Frustum::new(clip_from_world, Vec2::ZERO).sight(bounds_world) != Sight::None
 }
 
 /// The planes of a view's frustum: a point lies inside where the distance to all is at least 0.
 struct Frustum([Vec4; 6]);
 
 impl Frustum {
-    fn new(clip_from_world: &Mat4) -> Self {
+    /// With so much room beside the picture, in normalised device coordinates.
+    fn new(clip_from_world: &Mat4, room_ndc: Vec2) -> Self {
         let [x, y, z, w] = [0, 1, 2, 3].map(|row| clip_from_world.row(row));
-        Self([w + x, w - x, w + y, w - y, w - z, z])
+        let [beside, above] = (Vec2::ONE + room_ndc).to_array().map(|share| share * w);
+        Self([beside + x, beside - x, above + y, above - y, w - z, z])
     }
 
     /// How much of an upright box lies inside.

@@ -9,6 +9,7 @@ mod glass;
 mod leveled;
 mod list;
 mod rectangle;
+mod still;
 mod unsettled;
 mod world;
 
@@ -17,6 +18,7 @@ pub(crate) use deformation::Deformation;
 pub(crate) use glass::layers_of_glass;
 pub(crate) use leveled::Form;
 pub(crate) use list::{Draw, DrawList, may_show};
+pub(crate) use still::ListOf;
 pub(crate) use unsettled::UnsettledTiles;
 pub(crate) use world::{BLOCK_ITEMS, Item, WorldDraws, object_id};
 

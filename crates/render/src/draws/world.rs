@@ -4,6 +4,7 @@ use super::ball::Ball;
 use super::deformation::Deformation;
 use super::drawn::{Deformed, Drawn, program_key};
 use super::leveled::{ItemLevels, LevelTag, MeshLevels, NodeGroups, group_of};
+use super::still::{KnownLists, WorldInputs, flat_nodes, next_version};
 use super::{Axes, Faces, NORMAL_MAP, OCCLUSION_APART, PLACES_UVS, TEXTURED};
 use crate::constants::{LAYER_LIGHT_MAP, WITHOUT_NORMALS};
 use crate::decals::SharedDecals;
@@ -155,6 +156,10 @@ pub(crate) struct WorldDraws {
     pub has_transmissive: bool,
     /// The box around every [`BLOCK_ITEMS`] of them, in world space; none where one is deformed.
     pub blocks: Vec<Option<Aabb>>,
+    /// Of the same blocks, whether no view draws one item of them otherwise than another.
+    pub(super) alike: Vec<bool>,
+    /// Another number whenever an item or an instance may be another; a view's instances are none of them.
+    pub version: u64,
     /// What the items refer to.
     pub instances: Vec<Instance>,
     /// Joints and weights that the instances refer to.
@@ -171,10 +176,19 @@ pub(crate) struct WorldDraws {
     pub glows: bool,
     /// Whether any of those that do not blend may be smooth, in view or not.
     pub may_be_smooth: bool,
+    /// The same two without what decals add.
+    items_glow: bool,
+    items_may_be_smooth: bool,
     /// Coarser forms of items.
     pub mesh_levels: MeshLevels,
     /// What has levels of a file.
     pub groups: Vec<Group>,
+    /// The lists of views of this frame, and those of the last one that no view of this one has asked for yet.
+    pub(super) lists: KnownLists,
+    /// Whether this frame made the items, and did not keep those of the last one.
+    pub(super) is_posed: bool,
+    /// What the items were made from; none if that has to be done in each frame.
+    made_from: Option<WorldInputs>,
     posed: Vec<Posed>,
     /// Of all that is posed, for this frame and for the one that `order` is of.
     keys: [Vec<Key>; 2],
@@ -196,10 +210,29 @@ type Key = (u64, u64);
 const BLENDED: u64 = 1 << 63;
 
 impl WorldDraws {
-    /// Poses everything visible of `scene`.
+    /// Poses everything visible of `scene`, unless that is as it was.
     pub fn update(&mut self, scene: &Scene, resources: &SceneResources) {
+        self.lists.begin();
+        if self.made_from.as_ref().is_some_and(|inputs| inputs.are_those_of(scene, resources)) {
+            // Views and decals have added to these.
+            self.instances.truncate(self.items.len());
+            self.deformation.clear();
+            (self.glows, self.may_be_smooth) = (self.items_glow, self.items_may_be_smooth);
+            self.is_posed = false;
+            return;
+        }
+        self.pose(scene, resources);
+        self.is_posed = true;
+        self.lists.clear();
+        self.version = next_version();
+        (self.items_glow, self.items_may_be_smooth) = (self.glows, self.may_be_smooth);
+        self.made_from = self.deformation.is_empty().then(|| WorldInputs::of(scene, resources));
+    }
+
+    fn pose(&mut self, scene: &Scene, resources: &SceneResources) {
         self.items.clear();
         self.blocks.clear();
+        self.alike.clear();
         self.instances.clear();
         self.lit.clear();
         self.posed.clear();
@@ -209,8 +242,7 @@ impl WorldDraws {
         self.groups.clear();
         self.bounds_world = Aabb::EMPTY;
         self.flat_bounds_world = Aabb::EMPTY;
-        let of_water = scene.water.iter().map(|water| water.node);
-        let flat: BTreeSet<NodeId> = of_water.chain(scene.portals.iter().flat_map(|portal| portal.nodes)).collect();
+        let flat: BTreeSet<NodeId> = flat_nodes(scene).collect();
         let mut groups = NodeGroups::default();
         for (id, of) in scene.visible_levels() {
             let node = scene.node(id);
@@ -307,7 +339,13 @@ impl WorldDraws {
                 let bounds = posed.item.extent.as_ref().map(|_| posed.item.bounds_world);
                 *block = block.zip(bounds).map(|(block, bounds)| block.union(&bounds));
             }
-            self.items.push(Item { group, instance, ..posed.item.clone() });
+            let item = Item { group, instance, ..posed.item.clone() };
+            if self.items.len().is_multiple_of(BLOCK_ITEMS) {
+                self.alike.push(!item.has_levels());
+            } else if let (Some(alike), Some(before)) = (self.alike.last_mut(), self.items.last()) {
+                *alike &= item.is_like(before);
+            }
+            self.items.push(item);
         }
     }
 

@@ -37,8 +37,8 @@ fn strongest_lux(scene: &Scene) -> f32 {
     let bounds = scene.bounds_world();
     let bounds = bounds.min.cmple(bounds.max).all().then_some(bounds);
     let near_m = bounds.map_or(1.0, |bounds| NEAR_SHARE * (bounds.max - bounds.min).length());
-    let lux = |id: NodeId| {
-        let node = scene.node(id);
+    let lux = |id: &NodeId| {
+        let node = scene.node(*id);
         let light = scene.lights.get(node.light?)?;
         let strength = light.intensity * luminance(light.color_linear) as f32;
         if light.kind == LightKind::Directional {
@@ -49,7 +49,7 @@ fn strongest_lux(scene: &Scene) -> f32 {
         let distance_m = place.distance(nearest).max(near_m);
         Some(strength / (distance_m * distance_m))
     };
-    scene.visible_levels().into_iter().filter_map(|(id, _)| lux(id)).filter(|lux| lux.is_finite()).fold(0.0, f32::max)
+    scene.lit_nodes().iter().filter_map(lux).filter(|lux| lux.is_finite()).fold(0.0, f32::max)
 }
 
 /// What the sun gives a surface across its way, in the unit of the environment: that of noon under the sky.

@@ -64,7 +64,7 @@ pub(crate) struct Group {
 }
 
 /// How a view chooses.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Chooser {
     eye_world: Vec3,
     /// Pixels of a metre, at a distance of 1 m if the projection is perspective.

@@ -11,11 +11,13 @@ pub(crate) struct InstanceTable {
     buffer: wgpu::Buffer,
     /// What the buffer holds.
     uploaded: Vec<Instance>,
+    /// The version of all that, where it has one.
+    version: Option<u64>,
 }
 
 impl InstanceTable {
     pub fn new(gpu: &Gpu) -> Self {
-        Self { buffer: create(gpu, 64), uploaded: Vec::new() }
+        Self { buffer: create(gpu, 64), uploaded: Vec::new(), version: None }
     }
 
     /// The buffer that is bound beside vertices.
@@ -23,8 +25,19 @@ impl InstanceTable {
         &self.buffer
     }
 
+    /// As [`Self::write`], of instances that are what they were while their version is the same.
+    pub fn write_version(&mut self, gpu: &Gpu, instances: &[Instance], version: Option<u64>) -> u64 {
+        if version.is_some() && self.version == version {
+            return 0;
+        }
+        let written_bytes = self.write(gpu, instances);
+        self.version = version;
+        written_bytes
+    }
+
     /// Uploads those of `instances` that changed, and says how many bytes that were.
     pub fn write(&mut self, gpu: &Gpu, instances: &[Instance]) -> u64 {
+        self.version = None;
         const BYTES: usize = size_of::<Instance>();
         let bytes: &[u8] = bytemuck::cast_slice(instances);
         let size = (bytes.len() as u64).max(64).next_power_of_two();

@@ -22,11 +22,13 @@ pub(super) struct GroundState {
     pub texture: Option<wgpu::TextureView>,
     /// Of what the map is drawn from.
     pub instances: InstanceTable,
+    /// A map, what casts shadows onto it by two versions, and the number that is found for these.
+    known: Option<((GroundMap, u64, u64), u64)>,
 }
 
 impl GroundState {
     pub fn new(gpu: &Gpu) -> Self {
-        Self { drawn: None, texture: None, instances: InstanceTable::new(gpu) }
+        Self { drawn: None, texture: None, instances: InstanceTable::new(gpu), known: None }
     }
 }
 
@@ -72,7 +74,17 @@ impl Renderer {
             });
         }
         let mut instances = Vec::new();
-        let (tiles, signature) = map.tiles(&world.draws, version, &mut instances);
+        let of = (map, world.draws.version, version);
+        let mut tiles_of = || map.tiles(&world.draws, version, &mut instances);
+        let known = self.ground.known.filter(|(known, _)| *known == of).map(|(_, signature)| signature);
+        let (mut tiles, signature) = match known {
+            Some(signature) => (None, signature),
+            None => {
+                let (tiles, signature) = tiles_of();
+                (Some(tiles), signature)
+            }
+        };
+        self.ground.known = Some((of, signature));
         let desc = map.texture();
         let has_other_size = |view: &mut wgpu::TextureView| view.texture().width() != desc.width;
         if let Some(former) = self.ground.texture.take_if(has_other_size) {
@@ -84,6 +96,7 @@ impl Renderer {
             return Some(FrameGround { map, broad_source, texture, tiles: None });
         }
         next.ground = Some((map, signature));
+        let tiles = tiles.take().unwrap_or_else(|| tiles_of().0);
         next.stats.uploaded_bytes += self.ground.instances.write(&self.gpu, &instances);
         next.stats.draws += tiles.iter().map(|tile| tile.draws.len() as u32).sum::<u32>();
         Some(FrameGround { map, broad_source, texture, tiles: Some(tiles) })

@@ -297,8 +297,8 @@ impl Renderer {
 
 /// The longer side of the frame that is metered for pictures of a scene.
 fn longer_side_px(scene: &Scene) -> u32 {
-    let light_of = |light: usize| scene.lights.get(light).filter(|light| light.range_m.is_none());
-    side_under(scene.nodes.iter().filter_map(|node| node.light.and_then(light_of)).count())
+    let light_of = |light: &usize| scene.lights.get(*light).filter(|light| light.range_m.is_none());
+    side_under(scene.light_indices().iter().filter_map(light_of).count())
 }
 
 /// The same under so many lights that reach every pixel.

@@ -201,15 +201,13 @@ impl<'s> Mirrors<'s> {
         if scene.mirrors.is_empty() && scene.water.is_empty() && scene.portals.is_empty() {
             return Self { all: Vec::new(), limit_px };
         }
-        let visible: BTreeSet<NodeId> = scene.visible_levels().into_iter().map(|(id, _)| id).collect();
-        let is_drawn =
-            |mirror: &&Mirror| visible.contains(&mirror.node) && unsuited_material(scene, mirror.node).is_none();
+        let is_drawn = |mirror: &&Mirror| scene.shows(mirror.node) && unsuited_material(scene, mirror.node).is_none();
         let known = scene.mirrors.iter().take(MIRRORS_MAX).filter(is_drawn);
         let mirrors = known.filter_map(|mirror| Known::mirror(scene, mirror));
         let water = (0..scene.water.len().min(WATER_MAX)).filter_map(|index| Known::water(scene, index));
         let ends = (0..scene.portals.len().min(PORTALS_MAX)).flat_map(|index| [(index, 0), (index, 1)]);
         let portals = ends.filter_map(|end| Known::portal(scene, end));
-        let others = water.chain(portals).filter(|known| visible.contains(&known.node));
+        let others = water.chain(portals).filter(|known| scene.shows(known.node));
         let all = mirrors.chain(others).collect();
         Self { all, limit_px }
     }

@@ -10,7 +10,7 @@ use super::purpose::Purpose;
 use super::shadows::Atlas;
 use super::surroundings::FrameSurroundings;
 use super::visible::{FrameScene, VisibleSet};
-use crate::draws::Deformation;
+use crate::draws::{Deformation, WorldDraws};
 use crate::environment::lobe::FACES;
 use crate::overlay::Room;
 use crate::overlay::draw::OverlayDraw;
@@ -104,7 +104,10 @@ impl Renderer {
             visible.push(self.visible_set(asked, &mut scene, state, &mut next.stats));
         }
         // What fades has instances that only now are known.
-        next.stats.uploaded_bytes += self.instances.write(&self.gpu, &scene.draws.instances);
+        let WorldDraws { instances, .. } = &scene.draws;
+        let version = scene.draws.instances_version();
+        next.stats.uploaded_bytes += self.instances.write_version(&self.gpu, instances, version);
+        (next.stats.items_posed, next.stats.draw_lists_made) = (scene.draws.items_posed(), scene.draws.lists_made());
         let shadows = self.prepare_shadows(requests, &visible, &scene, next, purpose);
         PreparedScene { scene, visible, shadows }
     }
@@ -205,8 +208,8 @@ impl Renderer {
         let wanting = asked.iter().filter(|asked| asked.request.needs_motion());
         let previous = wanting.filter_map(|asked| asked.request.previous.as_deref()).next();
         world.has_previous = previous.is_some_and(|previous| {
-            let texels = previous.append_to(scene, &mut world.draws.deformation);
-            let written = self.resources.write_previous_nodes(&self.gpu, &texels);
+            let deformation = &mut world.draws.deformation;
+            let written = self.resources.write_previous_nodes(&self.gpu, (scene, previous), deformation);
             stats.uploaded_bytes += written.unwrap_or(0);
             written.is_some()
         });

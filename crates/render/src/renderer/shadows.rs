@@ -81,7 +81,7 @@ impl ShadowState {
 fn settings_of<'a>(asked: &'a [ViewRequest], scene: &Scene, limit: u32) -> Option<(&'a ShadowSettings, u32)> {
     let casts = |light: &usize| scene.lights.get(*light).is_some_and(|light| light.casts_shadows);
     let of_environment = usize::from(asked.iter().any(|asked| asked.environment_light.is_some()));
-    let lights = scene.nodes.iter().filter_map(|node| node.light).filter(casts).count() + of_environment;
+    let lights = scene.light_indices().iter().filter(|light| casts(light)).count() + of_environment;
     if lights == 0 {
         return None;
     }

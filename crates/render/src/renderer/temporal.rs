@@ -18,14 +18,14 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub(super) struct LastFrame {
     pose: Arc<Pose>,
-    shown: Shown,
+    shown: Arc<Shown>,
     /// How many frames came before it.
     index: u32,
     pre_exposure: f32,
 }
 
 /// What a frame shows, beside where everything is.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug)]
 struct Shown {
     settings: Settings,
     exposure: f32,
@@ -52,10 +52,29 @@ impl Shown {
             roots: scene.roots.clone(),
             lights: scene.lights.clone(),
             water: scene.water.clone(),
-            time_secs: if scene.water.is_empty() { 0.0 } else { scene.time_secs },
+            time_secs: time_of(scene),
             scene_version,
         }
     }
+
+    /// Whether [`Self::new`] would give the same.
+    fn is_of(&self, request: &FrameRequest, scene: &Scene, scene_version: u64) -> bool {
+        self.scene_version == scene_version
+            && self.exposure == request.display_exposure()
+            && self.light_subset == request.light_subset
+            && self.clip_plane_world == request.clip_plane_world
+            && self.ground_height_m == request.ground_height_m
+            && self.time_secs == time_of(scene)
+            && self.settings == request.settings
+            && self.lights == scene.lights
+            && self.water == scene.water
+            && self.roots == scene.roots
+    }
+}
+
+/// The scene's time, if anything goes by it.
+fn time_of(scene: &Scene) -> f32 {
+    if scene.water.is_empty() { 0.0 } else { scene.time_secs }
 }
 
 /// What a view is asked for that is anti-aliased over time.
@@ -80,7 +99,9 @@ impl TemporalRequest {
             request.previous = Some(last.pose.clone());
         }
         let index = last.as_ref().map_or(0, |last| last.index.wrapping_add(1));
-        Some(Self { index, pose: Arc::new(Pose::capture(scene, request.camera)), last })
+        let before = last.as_ref().map(|last| &*last.pose);
+        let pose = Pose::capture_after(scene, request.camera, before);
+        Some(Self { index, pose: Arc::new(pose), last })
     }
 
     /// Where in each pixel the frame looks, in pixels from its middle: in the middle at first.
@@ -97,7 +118,7 @@ impl TemporalRequest {
         step: Option<CameraStep>,
         upscaled_to: Option<(u32, u32)>,
     ) -> TemporalFrame {
-        let shows = |last: &LastFrame| last.shown == Shown::new(request, scene, scene_version);
+        let shows = |last: &LastFrame| last.shown.is_of(request, scene, scene_version);
         let before = self.last.as_ref().zip(step).map(|(last, camera_step)| PreviousFrames {
             camera_step,
             gain: request.pre_exposure() / last.pre_exposure,
@@ -108,7 +129,9 @@ impl TemporalRequest {
 
     /// What the next frame has to know of it.
     pub fn kept(&self, request: &FrameRequest, scene: &Scene, scene_version: u64) -> LastFrame {
-        let shown = Shown::new(request, scene, scene_version);
+        let known = self.last.as_ref().map(|last| &last.shown);
+        let known = known.filter(|shown| shown.is_of(request, scene, scene_version)).cloned();
+        let shown = known.unwrap_or_else(|| Arc::new(Shown::new(request, scene, scene_version)));
         LastFrame { pose: self.pose.clone(), shown, index: self.index, pre_exposure: request.pre_exposure() }
     }
 }

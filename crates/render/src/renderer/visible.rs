@@ -4,8 +4,8 @@ use super::Renderer;
 use super::ask::ViewRequest;
 use super::output::ViewState;
 use crate::constants::{DECAL_EMISSION, SHARP_ROUGHNESS};
-use crate::decals::{DecalTable, SharedDecals, find_touched};
-use crate::draws::{DrawList, WorldDraws};
+use crate::decals::{DecalTable, SharedDecals};
+use crate::draws::{DrawList, ListOf, WorldDraws};
 use crate::lens::SampleView;
 use crate::levels::Chooser;
 use crate::lights::{
@@ -16,7 +16,7 @@ use crate::render_settings::Path;
 use crate::request::FrameStats;
 use crate::resources::SceneResources;
 use crate::view::DepthRange;
-use glam::Vec4;
+use glam::{Vec2, Vec4};
 use manypass_scene::Scene;
 use std::sync::Arc;
 
@@ -93,18 +93,18 @@ impl Renderer {
         let jitter_px = asked.temporal_jitter_px();
         let uniform = self.view_uniform(asked, (&seen, range), (*size, jitter_px), self.filtering(asked));
         let draws = if asked.kind.draws_surfaces {
-            let uniform = match asked.outline(&uniform) {
-                Some((_, rectangle)) => uniform.cropped(rectangle),
-                None => uniform,
+            let (uniform, room_px) = match asked.outline(&uniform) {
+                Some((_, rectangle)) => (uniform.cropped(rectangle), 0.0),
+                None if jitter_px == Vec2::ZERO => (uniform, 0.0),
+                // One list is right for frames that are moved against each other.
+                None => {
+                    let in_middle = (*size, Vec2::ZERO);
+                    let room_px = jitter_px.abs().max_element().ceil();
+                    (self.view_uniform(asked, (&seen, range), in_middle, self.filtering(asked)), room_px)
+                }
             };
-            let mut list = DrawList::new(&mut world.draws, &uniform, request.layers, &chooser);
-            if asked.kind.shows_backs {
-                list.show_backs();
-            }
-            if !world.decals.0.boxes.is_empty() {
-                find_touched(&mut list, &world.draws, &world.decals.0.boxes);
-            }
-            Arc::new(list)
+            let (view, layers, shows_backs) = (&uniform, request.layers, asked.kind.shows_backs);
+            world.draws.list(&ListOf { view, room_px, layers, chooser: &chooser, shows_backs })
         } else {
             Arc::default()
         };

@@ -9,10 +9,10 @@ use crate::passes::water::WaterDraw;
 use crate::resources::Textures;
 use crate::waves::SIMULATED;
 use glam::Vec3;
+use manypass_scene::Scene;
 use manypass_scene::capture::Panel;
 use manypass_scene::water::{WATER_MAX, Water};
-use manypass_scene::{NodeId, Scene};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 /// The surfaces of water that a scene shows, by their indices.
 #[derive(Default)]
@@ -23,9 +23,8 @@ impl Surfaces {
         if scene.water.is_empty() {
             return Self::default();
         }
-        let visible: BTreeSet<NodeId> = scene.visible_levels().into_iter().map(|(id, _)| id).collect();
         let known = scene.water.iter().take(WATER_MAX).enumerate();
-        let shown = known.filter(|(_, water)| visible.contains(&water.node));
+        let shown = known.filter(|(_, water)| scene.shows(water.node));
         let with_outline = |(index, water): (usize, &Water)| {
             let panel = scene.panel(water.node).ok()?;
             Some((index, panel, scene.outline(water.node, &panel)))

@@ -35,6 +35,10 @@ pub struct FrameStats {
     pub list_entries: u64,
     /// Views whose lists of lights were made for the frame, because something changed that they are made of.
     pub light_lists_made: u32,
+    /// Primitives of nodes that were posed: all if anything of the scene changed, and none if nothing did.
+    pub items_posed: u32,
+    /// Lists of what views draw that were made, and not kept from the last frame.
+    pub draw_lists_made: u32,
     /// Milliseconds to make the lists of lights, or to find that they are still right.
     pub culling_ms: f64,
     /// Lights that cast shadows and have shadow maps.

@@ -33,8 +33,10 @@ pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDE
 
 use crate::constants::DATA_WIDTH;
 use crate::decals::DecalAtlas;
+use crate::draws::Deformation;
 use crate::gpu::data_texture::DataTexture;
 use crate::gpu::{Gpu, destroy};
+use crate::pose::Pose;
 use crate::surroundings::known_surroundings;
 use environment::EnvironmentTiles;
 use manypass_scene::Cache;
@@ -82,6 +84,10 @@ pub(crate) struct SceneResources {
     are_layers_left_out: bool,
     /// Whether meshes are others than when the scene was followed last.
     meshes_went_ahead: bool,
+    /// Rises whenever something of the scene that items are made from changed.
+    version: u64,
+    /// Of which two versions of nodes the table of previous ones is, if it holds rigid ones alone.
+    previous_of: Option<[u64; 2]>,
 }
 
 /// What [`SceneResources::follow`] did.
@@ -141,6 +147,8 @@ impl SceneResources {
             layers_deform: gpu.capabilities.layers_deform,
             are_layers_left_out: false,
             meshes_went_ahead: false,
+            version: 0,
+            previous_of: None,
         }
     }
 
@@ -210,7 +218,13 @@ impl SceneResources {
                 followed.has_moved = true;
             }
         }
+        self.version += u64::from(followed.has_moved || followed.has_changed || followed.written_bytes > 0);
         followed
+    }
+
+    /// Another number whenever meshes, materials, textures or what is made of them changed.
+    pub fn version(&self) -> u64 {
+        self.version
     }
 
     /// Gives back at once what the scene takes; nothing of it is drawn any more.
@@ -224,6 +238,7 @@ impl SceneResources {
     /// Makes what of materials is drawn where surfaces are seen small, for frames that want it. Says how many bytes
     /// that uploaded.
     pub fn reduce_materials(&mut self, gpu: &Gpu, scene: &Scene) -> u64 {
+        self.version += u64::from(!self.reduced.is_current());
         self.reduced.follow(gpu, scene, &self.materials, &self.textures)
     }
 
@@ -282,11 +297,23 @@ impl SceneResources {
         joints.unwrap_or(0) + weights.unwrap_or(0)
     }
 
-    /// Uploads the previous transforms of all nodes, where they changed, and says how many bytes that were. `None`,
-    /// with a warning, if they do not fit a texture.
-    pub fn write_previous_nodes(&mut self, gpu: &Gpu, texels: &[[f32; 4]]) -> Option<u64> {
-        let written = self.previous_nodes.write(&gpu.device, &gpu.queue, texels);
+    /// Uploads where all nodes of `scene` were in the `previous` pose, where that changed, and says how many bytes that
+    /// were. Joints and weights of the pose are appended to those of this frame. `None`, with a warning, if they do not
+    /// fit a texture.
+    pub fn write_previous_nodes(
+        &mut self,
+        gpu: &Gpu,
+        (scene, previous): (&Scene, &Pose),
+        deformation: &mut Deformation,
+    ) -> Option<u64> {
+        let of = [previous.nodes_version(), scene.nodes.version()];
+        if self.previous_of == Some(of) && deformation.is_empty() {
+            return Some(0);
+        }
+        let texels = previous.append_to(scene, deformation);
+        let written = self.previous_nodes.write(&gpu.device, &gpu.queue, &texels);
         self.are_nodes_too_many = written.is_none();
+        self.previous_of = written.filter(|_| deformation.is_empty()).map(|_| of);
         written
     }
 }

@@ -130,6 +130,11 @@ impl ReducedMaterials {
         self.pages.take_written_bytes()
     }
 
+    /// Whether [`Self::follow`] has nothing to do.
+    pub fn is_current(&self) -> bool {
+        self.is_current
+    }
+
     /// Whether a material has a form without layers.
     pub fn has_plain(&self, material: u32) -> bool {
         self.materials.get(material as usize).is_some_and(|reduced| reduced.plain.is_some())

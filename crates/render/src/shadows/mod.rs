@@ -14,6 +14,7 @@ mod placing;
 mod projection;
 mod room;
 mod settings;
+mod still;
 mod wanted;
 
 pub use atlas::Square;
@@ -36,6 +37,8 @@ use placing::Kept;
 use room::Room;
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
+use std::sync::Arc;
+use still::{ShadowInputs, StillShadows};
 use wanted::Wanting;
 
 /// The smallest tile: less would be all border.
@@ -86,7 +89,7 @@ pub struct ShadowCounts {
 }
 
 /// What a view's table of lights has to know of its shadows.
-#[derive(Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub struct ViewShadows {
     /// One for every light: the first of its tiles among the records of lights and tiles (0: it casts no shadow), their
     /// number, the radius of the light in metres, 1 if light fades in where they end.
@@ -150,6 +153,8 @@ pub struct Shadows {
     is_empty: bool,
     /// Whether live frames had room for finer maps.
     room: Room,
+    /// The shadows of the last frame, if the next one has the same.
+    still: Option<Arc<StillShadows>>,
 }
 
 impl Default for Shadows {
@@ -160,6 +165,7 @@ impl Default for Shadows {
             tiles: BTreeMap::new(),
             is_empty: true,
             room: Room::default(),
+            still: None,
         }
     }
 }
@@ -184,6 +190,7 @@ impl Shadows {
         self.allocator = Allocator::new(side);
         self.tiles.clear();
         self.is_empty = true;
+        self.still = None;
     }
 
     /// Makes room for tiles of these `sides`. What the tiles hold is forgotten if the atlas has to grow for them.
@@ -198,6 +205,7 @@ impl Shadows {
 
     /// Forgets what the tiles hold, so that all are drawn.
     pub fn redraw(&mut self) {
+        self.still = None;
         self.tiles.values_mut().for_each(|kept| kept.signature = 0);
     }
 
@@ -227,6 +235,20 @@ impl Shadows {
         settings: &ShadowSettings,
         dealing: Dealing,
     ) -> FrameShadows {
+        let inputs = ShadowInputs { world, chooser, version, views, settings, dealing };
+        if let Some(frame) = self.still.as_ref().and_then(|still| still.frame(&inputs)) {
+            return frame;
+        }
+        let before = (self.tiles.clone(), self.room, self.is_empty);
+        let frame = self.prepare_anew(&inputs);
+        let is_still =
+            frame.tiles.is_empty() && before.0 == self.tiles && (before.1, before.2) == (self.room, self.is_empty);
+        self.still = is_still.then(|| Arc::new(StillShadows::new(&inputs, &frame)));
+        frame
+    }
+
+    fn prepare_anew(&mut self, inputs: &ShadowInputs<'_>) -> FrameShadows {
+        let ShadowInputs { world, chooser, version, views, settings, dealing } = *inputs;
         let casters = Casters::new(world, chooser, version, dealing.pattern());
         let mut wanting = self.wanting(&casters, world, views, settings, dealing);
         wanting.sort_by(|a, b| b.side.total_cmp(&a.side).then_with(|| a.key.cmp(&b.key)));

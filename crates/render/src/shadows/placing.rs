@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::collections::btree_map::Entry;
 
 /// A tile that lasts: where it lies, and what it was drawn from.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Kept {
     pub square: Square,
     pub signature: u64,

@@ -19,7 +19,7 @@ pub(super) struct Need {
 }
 
 /// What was answered in the frame before; nothing before the first.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Room {
     was_granted: Option<bool>,
 }

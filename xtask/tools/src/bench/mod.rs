@@ -82,7 +82,9 @@ impl Bench<'_> {
             (TableName::Graph, _) => {
                 println!("\nThe frame graph, one core:");
                 check(cargo(["bench", "--quiet", "-p", "manypass-graph", "--bench", "plan"]).env("RUST_LOG", "off"))?;
-                println!("\nA frame of 10,000 nodes with as many meshes, outside the adapter:");
+                println!(
+                    "\nA frame of 10,000 nodes with as many meshes, and of up to a million with one, outside the adapter:"
+                );
                 check(cargo(["bench", "--quiet", "-p", "manypass", "--bench", "nodes"]).env("RUST_LOG", "off"))
             }
             (TableName::Ways, _) => ways::print(self, false),

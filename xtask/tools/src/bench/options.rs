@@ -10,7 +10,7 @@ Measures what frames cost, as ratios within one run: what is compared takes turn
 What takes long has one turn. Times of different machines, or of different runs, are not to be compared.
 
 Tables:
-  graph     the frame graph, and a frame of 10,000 nodes, outside the adapter
+  graph     the frame graph, and frames of 10,000 nodes and of a million instances, outside the adapter
   ways      ways of lighting by numbers of lights, each as a ratio to the cheapest, with draws, pairs and bytes
   shadows   the same with every tenth light shadowed, with shadowed lights and shadow maps drawn
   fields    the demo and the fields of lights: the pass `direct` against the limit, which is a bare loop over lights
