@@ -193,7 +193,7 @@ impl Program {
 
     /// As [`Self::new`], of one of our own modules, whose loops are known to end: they are spared the counter that
     /// stops others, a tenth of what a light costs on a software adapter.
-    pub(super) fn built_in(frame: &FrameLayout, name: &str, source: &'static str) -> Result<Self, ProgramError> {
+    pub(super) fn built_in(frame: &FrameLayout, name: &str, source: &str) -> Result<Self, ProgramError> {
         let (module, info) = parse(name, source)?;
         let slots = reflect_bindings(&module, &info, source);
         // What has been parsed need not be parsed again; browsers have a parser of their own.
