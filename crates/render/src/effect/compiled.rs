@@ -8,7 +8,7 @@ use crate::gbuffer::RADIANCE;
 use crate::gpu::Gpu;
 use crate::shader::cache::{FullscreenPipeline, FullscreenTarget};
 use crate::shader::program::{FrameLayout, Program, ProgramError, Slot};
-use crate::shader::compose;
+use crate::shader::{compose, dump};
 use crate::user_shader::uniforms::OWN_GROUP;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -65,6 +65,7 @@ pub(super) fn compiled_steps(
     let triangle = compose::source("fullscreen", &[]).map_err(&invalid)?;
     let frame = FrameLayout::new(&gpu.device);
     let triangle = Program::new(&frame, "fullscreen", &triangle)?;
+    dump::write(&format!("effect.{name}"), &[], &composed)?;
     let composed = wgpu::ShaderSource::Wgsl(composed.into());
     let descriptor = wgpu::ShaderModuleDescriptor { label: Some(name), source: composed };
     let compiled = gpu.device.create_shader_module(descriptor);

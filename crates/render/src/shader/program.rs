@@ -68,6 +68,18 @@ pub enum ProgramError {
         /// Why not.
         message: String,
     },
+    /// The text of a shader cannot be written where the variable `MANYPASS_SHADER_DUMP` says.
+    #[error("the shader of pass `{pass}` cannot be written to {folder}, the folder of {variable}: {message}")]
+    Dump {
+        /// The pass.
+        pass: String,
+        /// The folder.
+        folder: String,
+        /// The variable.
+        variable: &'static str,
+        /// Why not.
+        message: String,
+    },
     /// The shader has a vertex input that no attribute is called.
     #[error("pass `{pass}`: the vertex shader has an input `{input}`, which is not among: {known}")]
     UnknownInput {
