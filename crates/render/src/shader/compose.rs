@@ -69,7 +69,19 @@ pub fn source(program: &str, axes_on: &[&str]) -> Result<String, String> {
         index |= 1usize << bit;
     }
     let indices = variants.get(index).ok_or_else(|| format!("program `{program}` has no variant {index}"))?;
-    Ok(text(indices))
+    reloaded(program, index).unwrap_or_else(|| Ok(text(indices)))
+}
+
+/// A program's variant as the sources are now.
+#[cfg(all(feature = "reload", debug_assertions, not(target_arch = "wasm32")))]
+fn reloaded(program: &str, variant: usize) -> Option<Result<String, String>> {
+    Some(super::reload::module(program, variant))
+}
+
+/// Nothing: programs are those of the build.
+#[cfg(not(all(feature = "reload", debug_assertions, not(target_arch = "wasm32"))))]
+const fn reloaded(_: &str, _: usize) -> Option<Result<String, String>> {
+    None
 }
 
 /// The program that draws points where `program` draws triangles, if there is one.

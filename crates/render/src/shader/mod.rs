@@ -11,6 +11,8 @@ pub(crate) mod locate;
 pub(crate) mod pipeline;
 pub mod program;
 pub(crate) mod reflection;
+#[cfg(all(feature = "reload", debug_assertions, not(target_arch = "wasm32")))]
+mod reload;
 #[cfg(not(target_arch = "wasm32"))]
 mod specialise;
 
