@@ -7,19 +7,19 @@
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::{env, fmt::Write as _, fs, path::Path};
 
-#[path = "build/compose.rs"]
+#[path = "src/shader/reload/compose.rs"]
 mod compose;
 #[path = "src/constants.rs"]
 mod constants;
 #[path = "build/declarations.rs"]
 mod declarations;
-#[path = "build/programs.rs"]
+#[path = "src/shader/reload/programs.rs"]
 mod programs;
 
 fn main() {
     let source = Path::new("src");
     // A folder of shaders that is new is a module of the crate, which `lib.rs` declares.
-    for path in ["build.rs", "build", "src/constants.rs", "src/lib.rs"] {
+    for path in ["build.rs", "build", "src/constants.rs", "src/lib.rs", "src/shader/reload"] {
         println!("cargo::rerun-if-changed={path}");
     }
     for path in programs::watched(source) {

@@ -1,14 +1,13 @@
-//! Modules of programs as the sources are now, composed as the build does it: a changed shader needs no build.
+//! Modules of programs as the sources are now: a changed shader needs no build. `build.rs` has the same `compose` and
+//! `programs`.
 //!
 //! Names of programs, axes and constants stay those of the build.
 
 use crate::constants;
 use std::path::Path;
 
-#[path = "../../build/compose.rs"]
 #[allow(dead_code, reason = "the prelude of effects stays that of the build")]
-mod composer;
-#[path = "../../build/programs.rs"]
+mod compose;
 #[allow(dead_code, reason = "the build script watches shaders, too")]
 mod programs;
 
@@ -26,7 +25,7 @@ pub(super) fn module(program: &str, variant: usize) -> Result<String, String> {
     }
     let declared = programs::declared(source).into_iter().find(|declared| declared.name == program);
     let declared = declared.ok_or_else(|| format!("no program `{program}` in {SOURCE}"))?;
-    composer::module(source, &declared, variant).map(|declarations| declarations.join("\n"))
+    compose::module(source, &declared, variant).map(|declarations| declarations.join("\n"))
 }
 
 #[cfg(test)]
