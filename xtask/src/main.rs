@@ -103,7 +103,8 @@ fn test(steps: &mut Steps, with_browser: bool) {
             Err(error) => steps.run("web package and browser tests", "1 s", || Err(error)),
         }
     } else {
-        // The web package and the browser tests.
+        // The web package, its size and the browser tests.
+        steps.leave_out();
         steps.leave_out();
         steps.leave_out();
         println!(

@@ -68,6 +68,9 @@ pub fn still_failure(error: &StillError) -> Failure {
             error,
             "correct [[simulations]] or [[particles]] of the stage; docs/simulations.md has what they take",
         ),
+        StillError::Render(RenderError::Program(ProgramError::Dump { .. })) => {
+            Failure::new(Kind::Failed, error, "name a folder that can be written, or leave the variable out")
+        }
         StillError::Render(RenderError::Program(_)) => Failure::new(
             Kind::Failed,
             error,

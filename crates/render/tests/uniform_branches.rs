@@ -244,9 +244,9 @@ fn branches_on_uniforms_are_found_wherever_they_stand() {
 fn no_branch_depends_on_uniforms_alone() {
     assert!(PROGRAMS.len() > 30);
     let mut faults = BTreeSet::new();
-    for (name, _, sources) in PROGRAMS {
-        for source in *sources {
-            faults.extend(faults_of(source).into_iter().map(|line| format!("{name}: {line}")));
+    for program in PROGRAMS {
+        for source in program.modules() {
+            faults.extend(faults_of(&source).into_iter().map(|line| format!("{}: {line}", program.name)));
         }
     }
     let lines = faults.iter().cloned().collect::<Vec<_>>().join("\n");

@@ -30,6 +30,7 @@ fn main() -> Result<()> {
         // What is left of `cargo xtask test`.
         ["test"] => {
             web_package(&mut steps, web::Size::Small, web::Warnings::Refused);
+            steps.run_counted("size of the web module", "20 s", web::check_size);
             browser_tests(&mut steps);
         }
         ["bench", options @ ..] => match bench::Options::parse(options) {

@@ -3,6 +3,7 @@
 
 mod bind_groups;
 mod decal_marks;
+mod directional_albedo;
 mod fullscreen;
 mod instances;
 mod legend;

@@ -1,6 +1,7 @@
 //! What every program finds in group 0, and what of it is the same in every frame.
 
 use super::bind_groups::Resource;
+use super::directional_albedo;
 use crate::constants::DIRECTIONAL_ALBEDO_SIZE;
 use crate::gpu::Gpu;
 use crate::resources::environment::{EnvironmentTiles, no_tiles};
@@ -199,17 +200,17 @@ fn no_ids(gpu: &Gpu) -> wgpu::TextureView {
     texture.create_view(&Default::default())
 }
 
-/// The table of `build.rs` as half floats, which every backend can filter, four a texel; scale and bias are those of
+/// The table as half floats, which every backend can filter, four a texel; scale and bias are those of
 /// `brdf` if there is one.
 pub(crate) fn directional_albedo_texels(brdf: Option<&BrdfTable>) -> Vec<u16> {
     let last = DIRECTIONAL_ALBEDO_SIZE - 1;
     let place = |at: u32| at as f32 / last as f32;
-    let texel = |(index, [scale, bias, sheen]): (u32, &[f32; 3])| {
+    let texel = |(index, [scale, bias, sheen]): (u32, [f32; 3])| {
         let (column, row) = (index % DIRECTIONAL_ALBEDO_SIZE, index / DIRECTIONAL_ALBEDO_SIZE);
-        let [scale, bias] = brdf.map_or([*scale, *bias], |brdf| brdf.at(place(column), place(row)));
-        [scale, bias, *sheen, 0.0].map(half_from_unit)
+        let [scale, bias] = brdf.map_or([scale, bias], |brdf| brdf.at(place(column), place(row)));
+        [scale, bias, sheen, 0.0].map(half_from_unit)
     };
-    (0..).zip(&crate::shader::compose::DIRECTIONAL_ALBEDO).flat_map(texel).collect()
+    (0..).zip(directional_albedo::table()).flat_map(texel).collect()
 }
 
 /// That table alone, where there are no images of decals and no file brings another.
@@ -254,14 +255,13 @@ fn half_from_unit(value: f32) -> u16 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::shader::compose::DIRECTIONAL_ALBEDO;
     use half::f16;
     use manypass_testkit::radiance_file::RadiancePicture;
 
     /// Our own table as a file of 256 by 256 texels.
     fn exported() -> BrdfTable {
         const SIDE: usize = 256;
-        let (own, last) = (&DIRECTIONAL_ALBEDO, DIRECTIONAL_ALBEDO_SIZE as usize - 1);
+        let (own, last) = (Vec::from_iter(directional_albedo::table()), DIRECTIONAL_ALBEDO_SIZE as usize - 1);
         let texel = |i: usize| {
             let place = |at: usize| (at as f32 + 0.5) / SIDE as f32 * last as f32;
             let (x, y) = (place(i % SIDE), place(i / SIDE));

@@ -198,7 +198,8 @@ impl Shaders {
         }
         let source = super::compose::source(name, axes_on)
             .map_err(|message| ProgramError::Invalid { pass: name.into(), message })?;
-        let program = Arc::new(self.compiling(|| Program::built_in(&self.frame, name, source))?);
+        super::dump::write(name, axes_on, &source)?;
+        let program = Arc::new(self.compiling(|| Program::built_in(&self.frame, name, &source))?);
         self.programs.borrow_mut().insert(key, program.clone());
         Ok(program)
     }

@@ -4,8 +4,8 @@ use super::compose::PROGRAMS;
 
 /// The size of a struct of a program's last variant, and the names and offsets of its members.
 pub(crate) fn layout(program: &str, name: &str) -> (u32, Vec<(String, u32)>) {
-    let (_, _, sources) = PROGRAMS.iter().find(|(known, ..)| *known == program).unwrap();
-    let module = naga::front::wgsl::parse_str(sources.last().unwrap()).unwrap();
+    let program = PROGRAMS.iter().find(|known| known.name == program).unwrap();
+    let module = naga::front::wgsl::parse_str(&program.modules().next_back().unwrap()).unwrap();
     let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
     let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
     (*span, members.iter().map(|member| (member.name.clone().unwrap(), member.offset)).collect())

@@ -68,6 +68,18 @@ pub enum ProgramError {
         /// Why not.
         message: String,
     },
+    /// The text of a shader cannot be written where the variable `MANYPASS_SHADER_DUMP` says.
+    #[error("the shader of pass `{pass}` cannot be written to {folder}, the folder of {variable}: {message}")]
+    Dump {
+        /// The pass.
+        pass: String,
+        /// The folder.
+        folder: String,
+        /// The variable.
+        variable: &'static str,
+        /// Why not.
+        message: String,
+    },
     /// The shader has a vertex input that no attribute is called.
     #[error("pass `{pass}`: the vertex shader has an input `{input}`, which is not among: {known}")]
     UnknownInput {
@@ -193,7 +205,7 @@ impl Program {
 
     /// As [`Self::new`], of one of our own modules, whose loops are known to end: they are spared the counter that
     /// stops others, a tenth of what a light costs on a software adapter.
-    pub(super) fn built_in(frame: &FrameLayout, name: &str, source: &'static str) -> Result<Self, ProgramError> {
+    pub(super) fn built_in(frame: &FrameLayout, name: &str, source: &str) -> Result<Self, ProgramError> {
         let (module, info) = parse(name, source)?;
         let slots = reflect_bindings(&module, &info, source);
         // What has been parsed need not be parsed again; browsers have a parser of their own.

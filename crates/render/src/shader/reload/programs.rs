@@ -1,6 +1,8 @@
 //! The programs of the renderer, as its shaders declare them.
 
-use std::{collections::BTreeMap, fs, path::Path};
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
 
 /// How the line begins by which a shader says that it is a program.
 const PROGRAM: &str = "// Program: ";
@@ -119,6 +121,16 @@ pub fn shaders(source: &Path) -> BTreeMap<String, String> {
     shaders
 }
 
+/// The shaders that stand in `source` itself, and the folders in it that have some.
+pub fn watched(source: &Path) -> Vec<PathBuf> {
+    let paths = fs::read_dir(source).expect("the sources are there").map(|entry| entry.expect("an entry").path());
+    paths.filter(|path| if path.is_dir() { !shaders(path).is_empty() } else { is_shader(path) }).collect()
+}
+
+fn is_shader(path: &Path) -> bool {
+    path.extension().is_some_and(|extension| extension == "wgsl")
+}
+
 /// Gives module and text of every shader in `folder`, whose own module is `module`.
 fn find(folder: &Path, module: &str, give: &mut impl FnMut(&str, &str)) {
     for entry in fs::read_dir(folder).expect("the sources are there") {
@@ -127,7 +139,7 @@ fn find(folder: &Path, module: &str, give: &mut impl FnMut(&str, &str)) {
         let module = format!("{module}::{stem}");
         if path.is_dir() {
             find(&path, &module, give);
-        } else if path.extension().is_some_and(|extension| extension == "wgsl") {
+        } else if is_shader(&path) {
             give(&module, &fs::read_to_string(&path).expect("a shader is text"));
         }
     }
