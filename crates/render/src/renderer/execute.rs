@@ -403,10 +403,7 @@ fn draw_ground(
 /// A sample has nothing to be added to.
 fn missing_output_bytes(asked: &[Asked], states: &[ViewState], purpose: &Purpose<'_>) -> Result<u64, RenderError> {
     if purpose.is_picture() && !asked.iter().zip(states).all(|(asked, state)| asked.finds_means(state)) {
-        return Err(RenderError::Missing(
-            "there is no mean for this sample to be added to: all samples of a picture have one size, one \
-             `sample_count` and one `averaging`",
-        ));
+        return Err(RenderError::SampleWithoutFirst);
     }
     if purpose.is_plan() || matches!(purpose, Purpose::Meter(_) | Purpose::Pairs(_) | Purpose::Variables) {
         return Ok(0);

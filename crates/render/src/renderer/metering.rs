@@ -250,7 +250,7 @@ impl Renderer {
         let mut purpose = Purpose::Meter(Vec::new());
         let request = FrameRequest { metering, ..request.clone() };
         self.run(scene, &[("", &request)], &mut purpose).await?;
-        let Purpose::Meter(rgba) = purpose else { return Err(RenderError::Missing("nothing was metered")) };
+        let Purpose::Meter(rgba) = purpose else { return Err(RenderError::Internal("nothing was metered")) };
         Ok(Reading::new(&rgba, pre_exposure_stops))
     }
 

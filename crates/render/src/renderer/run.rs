@@ -175,7 +175,7 @@ impl Renderer {
         purpose: &mut Purpose<'_>,
     ) -> Result<(), RenderError> {
         for export in exports {
-            let texture = run.exported(*export).ok_or(RenderError::Missing("an exported texture is missing"))?;
+            let texture = run.exported(*export).ok_or(RenderError::Internal("an exported texture is missing"))?;
             let bytes = readback::read_texture(&self.gpu, texture).await?;
             match &mut *purpose {
                 Purpose::Scrubbed(count) => {
