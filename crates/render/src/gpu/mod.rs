@@ -6,6 +6,8 @@ pub mod data_texture;
 #[cfg(not(target_arch = "wasm32"))]
 mod floor;
 pub mod readback;
+#[cfg(not(target_arch = "wasm32"))]
+mod surface;
 
 pub use capabilities::{Capabilities, block_format};
 #[cfg(not(target_arch = "wasm32"))]
@@ -15,6 +17,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 
 /// No device could be had.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuError {
     /// There is no adapter at all.
     #[error(
@@ -93,6 +96,7 @@ impl Faults {
 
 /// What a user sees of an adapter.
 #[derive(Clone, Debug, serde::Serialize)]
+#[non_exhaustive]
 pub struct AdapterSummary {
     /// The device's name.
     pub name: String,
