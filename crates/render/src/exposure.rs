@@ -104,6 +104,7 @@ impl Exposure {
 #[error(
     "`{0}` is no exposure: expected stops from -64 to 64, scene, auto, or auto with stops such as auto+1 or auto-0.5"
 )]
+#[non_exhaustive]
 pub struct ExposureError(String);
 
 impl FromStr for Exposure {

@@ -155,6 +155,7 @@ impl Chooser {
 
 /// What was drawn of one level, of all that has levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct LevelCount {
     /// How often primitives were drawn at it; those that fade count for both of their levels.
     pub primitives: u64,

@@ -154,7 +154,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
     }
 
     /// A pass that draws many small pictures of what casts shadows, with the program `program`.
-    pub fn tiles(&mut self, name: impl Into<Cow<'static, str>>, program: &'static str) -> TilePass<'_, 'f> {
+    pub(crate) fn tiles(&mut self, name: impl Into<Cow<'static, str>>, program: &'static str) -> TilePass<'_, 'f> {
         let pass = self.graph.pass(name);
         TilePass::new(pass, self.frame, self.view, program)
     }
