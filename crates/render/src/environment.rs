@@ -24,7 +24,7 @@ use manypass_scene::environment::suns;
 use manypass_scene::{Cache, EnvironmentLight, Scene};
 use std::sync::Arc;
 
-/// What surrounds the scene.
+/// The environment, which lights the scene from all sides: a studio, the sky, a picture or none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Environment {
     /// As [`Self::of_scene`] says.

@@ -128,7 +128,7 @@ impl FromStr for Exposure {
     }
 }
 
-/// What [`crate::Renderer::meter`] found.
+/// A metered exposure: what [`crate::Renderer::meter`] found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Metering {
     /// The log-average luminance of the surfaces, in the unit of radiance (Rec. 709 weights). Pixels count by their

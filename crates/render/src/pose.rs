@@ -7,7 +7,7 @@ use manypass_scene::{Node, Scene};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A posed scene as one camera saw it, kept while the scene moves on.
+/// The camera and the transforms of a frame. The next frame has its motion vectors from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
     /// From where it was seen.

@@ -43,7 +43,7 @@ use manypass_graph::{Graph, Handle, History, TextureDesc};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// What all views of a frame share.
+/// What all views of a frame share: the device, and what is loaded of the scene.
 #[derive(Debug)]
 pub struct Frame<'f> {
     /// The device and what it can do.
