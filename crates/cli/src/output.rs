@@ -84,7 +84,7 @@ pub fn write_passes(folder: &Path, pictures: &[PassPicture]) -> Result<Vec<Strin
 pub fn write_sheet(path: &Path, pictures: &[PassPicture]) -> Result<(), Failure> {
     let entries: Vec<sheet::Entry<'_>> = pictures
         .iter()
-        .map(|PassPicture { name, width, height, rgba8, legend }| sheet::Entry {
+        .map(|PassPicture { name, width, height, rgba8, legend, .. }| sheet::Entry {
             label: name,
             group: sheet::group_of_pass(name),
             width: *width,

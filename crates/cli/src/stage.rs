@@ -29,6 +29,7 @@ pub fn model_hint(error: &LoadError) -> &'static str {
             "correct the file at that place, or export the model again"
         }
         LoadError::UnsupportedExtension { .. } => "export the model without it, or let a converter unpack it",
+        _ => "name another model, or export it again",
     }
 }
 

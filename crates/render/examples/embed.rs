@@ -2,7 +2,7 @@
 //! texture to a colour before and draw a bar over the picture afterwards. `cargo run --release --example embed --
 //! [OUT.png]`.
 
-use manypass::{Background, FrameRequest, Gpu, Renderer, Target, scene};
+use manypass::{Background, FrameRequest, Gpu, Renderer, Target, scene, wgpu};
 
 const WIDTH: u32 = 320;
 const HEIGHT: u32 = 200;

@@ -16,7 +16,7 @@ pub use settings::AovSettings;
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) use tap::tap_picture;
 
-/// A variable of the frame.
+/// An arbitrary output variable (AOV): depth, normal, motion, an id or another value of every pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Aov {
     /// Base colour, linear.
@@ -100,7 +100,7 @@ impl AovPasses {
     }
 }
 
-/// The values of a variable, rows from the top.
+/// The values of an AOV, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub enum AovPixels {
     /// Floats, `components` a pixel.

@@ -18,7 +18,7 @@ choices! {
 }
 
 choices! {
-    /// How large the circle is that a fisheye shows.
+    /// The size of the image circle of a fisheye.
     pub enum FisheyeFrame {
         /// It touches the nearer edges of the picture.
         #[default]

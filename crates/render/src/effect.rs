@@ -46,7 +46,7 @@ pub enum EffectStage {
 /// [`crate::FrameRequest::effects`] lists them in their order; those of one stage follow each other.
 ///
 /// [`WgslEffect`] is the one of full-screen shaders in one file. Implement this trait for anything else, such as passes
-/// with buffers of their own.
+/// with pipelines, buffers or targets of their own: the example `rust_pass` has a history.
 pub trait Effect: Debug + wgpu::WasmNotSendSync {
     /// Records the passes and returns what holds the new radiance: the format of `radiance`, pre-exposed, with coverage
     /// in alpha. `gbuffer` is none on the forward path. At [`EffectStage::Display`] it is given display colours, linear

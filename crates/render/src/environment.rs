@@ -24,7 +24,7 @@ use manypass_scene::environment::suns;
 use manypass_scene::{Cache, EnvironmentLight, Scene};
 use std::sync::Arc;
 
-/// What surrounds the scene.
+/// The environment, which lights the scene from all sides: a studio, the sky, a picture or none.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Environment {
     /// As [`Self::of_scene`] says.
@@ -160,11 +160,11 @@ pub struct EnvironmentUniform {
     /// its angle.
     pub sun_disc: Vec4,
     /// What stands for it in parts of the scene.
-    pub surroundings: SurroundingsUniforms,
+    pub(crate) surroundings: SurroundingsUniforms,
     /// The sides of their tiles, as `tile_sides`.
     pub surrounding_sides: Vec4,
     /// Grids of probes, whose light surfaces in their boxes have in its place.
-    pub probes: ProbesUniforms,
+    pub(crate) probes: ProbesUniforms,
 }
 
 /// What the camera sees of the studio, straight down and straight up: between the darkest and the brightest materials,

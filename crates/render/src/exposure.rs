@@ -104,6 +104,7 @@ impl Exposure {
 #[error(
     "`{0}` is no exposure: expected stops from -64 to 64, scene, auto, or auto with stops such as auto+1 or auto-0.5"
 )]
+#[non_exhaustive]
 pub struct ExposureError(String);
 
 impl FromStr for Exposure {
@@ -127,7 +128,7 @@ impl FromStr for Exposure {
     }
 }
 
-/// What [`crate::Renderer::meter`] found.
+/// A metered exposure: what [`crate::Renderer::meter`] found.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Metering {
     /// The log-average luminance of the surfaces, in the unit of radiance (Rec. 709 weights). Pixels count by their

@@ -311,7 +311,7 @@ impl FisheyeFaces {
     }
 }
 
-/// The views that a fisheye picture is put together from, for whoever wants to know what it takes.
+/// The cube of views that a fisheye picture is resampled from, and how finely.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FisheyeInfo {
     /// Each of them.

@@ -14,7 +14,7 @@ pub const RADIANCE: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 /// The format of `linear_depth`: metres along the view axis.
 pub const LINEAR_DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
 
-/// What the geometry pass leaves behind, once the linear depth has been made of the depth attachment.
+/// The G-buffer: textures of the nearest opaque surfaces, which the geometry pass draws, and their linear depth.
 #[derive(Debug)]
 pub struct Gbuffer {
     /// Base colour; occlusion of the material.

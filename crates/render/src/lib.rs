@@ -1,7 +1,12 @@
-//! Manypass: a deferred, multi-pass renderer. The same frame natively, headless without a GPU, and in the browser on
-//! WebGPU and WebGL 2.
+//! Manypass draws a scene in many passes: a deferred frame with thousands of clustered lights, shadow maps, ambient
+//! occlusion, reflections, glass, AOVs and effects of your own. The same frame is drawn natively, headless without a GPU
+//! (software Vulkan), and in the browser on WebGPU and WebGL 2.
 //!
-//! [`Renderer`] draws a [`scene::Scene`] as a [`FrameRequest`] says. The frame itself is one page, `frame.rs`.
+//! ![A hall at night with 1,184 lights and a polished floor][hall]
+//!
+//! [hall]: https://raw.githubusercontent.com/manypass/manypass/main/docs/hall.png
+//!
+//! # A picture
 //!
 //! ```
 //! use manypass::{FrameRequest, Gpu, Renderer, scene};
@@ -15,9 +20,71 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 //!
-//! The frame can be extended with an [`Effect`], most easily one WGSL file ([`WgslEffect`]), and drawn to a texture of
-//! the caller's on the caller's own device ([`Gpu::from_device`], [`Renderer::render_to`]). The folder `examples` shows
-//! both.
+//! # A window
+//!
+//! With [winit](https://docs.rs/winit); any library will do whose windows wgpu can draw to. wgpu and glam are exported
+//! from here, so that versions fit.
+//!
+//! ```no_run
+//! use manypass::{FrameRequest, Gpu, Renderer, Target, scene, wgpu};
+//! use std::sync::Arc;
+//! use winit::{application::ApplicationHandler, event::WindowEvent, event_loop::ActiveEventLoop, window};
+//!
+//! struct App(scene::Scene, Option<(Arc<window::Window>, wgpu::Surface<'static>, Renderer)>);
+//!
+//! impl ApplicationHandler for App {
+//!     fn resumed(&mut self, events: &ActiveEventLoop) {
+//!         let window = Arc::new(events.create_window(Default::default()).expect("a window"));
+//!         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+//!         let surface = instance.create_surface(window.clone()).expect("a surface");
+//!         let (gpu, config) = Gpu::for_surface(&instance, &surface, window.inner_size().into()).expect("a device");
+//!         surface.configure(&gpu.device, &config);
+//!         self.1 = Some((window, surface, Renderer::new(gpu).expect("a renderer")));
+//!     }
+//!     fn window_event(&mut self, events: &ActiveEventLoop, _: window::WindowId, event: WindowEvent) {
+//!         let Self(scene, Some((window, surface, renderer))) = self else { return };
+//!         if event == WindowEvent::CloseRequested { return events.exit() }
+//!         if event != WindowEvent::RedrawRequested { return }
+//!         if let wgpu::CurrentSurfaceTexture::Success(output) = surface.get_current_texture() {
+//!             let target = Target::whole(&output.texture);
+//!             let request = FrameRequest::of_scene(scene, target.width, target.height);
+//!             renderer.render_to(scene, &request, &target).expect("a frame");
+//!             renderer.gpu().queue.present(output);
+//!         }
+//!         window.request_redraw();
+//!     }
+//! }
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let mut app = App(scene::demo::hall(), None);
+//! winit::event_loop::EventLoop::new()?.run_app(&mut app)?;
+//! # Ok(()) }
+//! ```
+//!
+//! The example `window` beside it orbits, zooms, resizes and moves 1,000 lights.
+//!
+//! # What to look at next
+//!
+//! | you want to | look at |
+//! |---|---|
+//! | read a file, or build a scene in code and edit it | [`scene`], [`scene::Scene`], [`scene::load_path`], example `scene_in_code` |
+//! | say what a frame is to show: size, camera, samples | [`FrameRequest`], [`View`] |
+//! | change shadows, occlusion, tone curve, any value | [`Settings`], and [`Quality`] for tiers |
+//! | have the exposure metered | [`Renderer::expose`], [`Exposure`] |
+//! | average samples for a still | [`FrameRequest::sample_count`], example `still` |
+//! | read pixels, radiance, or depth, normals and ids | [`Renderer::read_display`], [`Renderer::read_radiance`], [`Renderer::read_aov`], [`Aov`] |
+//! | draw into a texture of yours, on your device | [`Gpu::from_device`], [`Renderer::render_to`], [`Target`], example `embed` |
+//! | draw several cameras at once | [`Renderer::render_views`], [`Renderer::rendered`] |
+//! | add an effect in one WGSL file | [`WgslEffect`], example `own_pass` |
+//! | add passes in Rust, with pipelines of your own | [`Effect`], [`Recorder`], [`graph`], example `rust_pass` |
+//! | write another frame with the frame graph alone | [`graph`], example `textbook_layouts` |
+//! | see what a frame draws, writes and costs | [`Renderer::plan`], [`Renderer::stats`], [`FrameStats`] |
+//! | know why a frame failed | [`RenderError`] |
+//!
+//! Examples are in `crates/render/examples`; `cargo run --release -p manypass --example NAME` draws one. The pages of the
+//! [documentation](https://github.com/manypass/manypass/blob/main/docs/README.md) have each subject; `docs/library.md` is
+//! the one on this crate.
+
+#![warn(unnameable_types)]
 
 pub mod aov;
 mod camera_settings;
@@ -82,6 +149,7 @@ pub use exposure::{Adaptation, Exposure, ExposureError, Metering, MeteringPatter
 pub use fisheye::{FisheyeInfo, FisheyeView};
 pub use fog::FogMode;
 pub use gbuffer::Gbuffer;
+pub use glam;
 pub use gpu::{AdapterSummary, Gpu, GpuError};
 pub use ground::Ground;
 pub use lens::shutter_position;
@@ -100,7 +168,9 @@ pub use passes::tone_map::Tonemap;
 pub use passes::upscale::UpscaleMethod;
 pub use pose::Pose;
 pub use quality::{Quality, QualityBudget};
-pub use record::{DrawSelection, LegendEntry, PreparedView, Recorder, Texels};
+pub use record::{
+    DecalUse, DrawSelection, Frame, Fullscreen, LegendEntry, PicturePart, PreparedView, Recorder, SurfacePass, Texels,
+};
 pub use render_settings::Path;
 #[cfg(target_arch = "wasm32")]
 pub use renderer::Pipelines;
@@ -115,4 +185,5 @@ pub use shadows::ShadowFilter;
 pub use simulation::{STEPS_MAX as SIMULATION_STEPS_MAX, SimulationFile, SimulationProgress, SimulationReport};
 pub use stage::stage_schema;
 pub use transparency::{Masks, TransparencyMode};
-pub use view::View;
+pub use view::{DepthRange, View, ViewUniform};
+pub use wgpu;

@@ -32,6 +32,7 @@ const QUADS_A_ROW: u32 = 256;
 
 /// Why an overlay cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum OverlayError {
     /// An item is none.
     #[error("item {item} of the overlay: {fault}")]

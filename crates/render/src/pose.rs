@@ -10,7 +10,7 @@ use std::sync::Arc;
 /// So many nodes are kept together: what of them is as it was is shared by poses.
 const CHUNK_NODES: usize = 256;
 
-/// A posed scene as one camera saw it, kept while the scene moves on.
+/// The camera and the transforms of a frame. The next frame has its motion vectors from them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pose {
     /// From where it was seen.

@@ -27,7 +27,18 @@ use manypass_scene::{Framing, Overlay, Scene};
 use std::cell::LazyCell;
 use std::sync::Arc;
 
-/// Everything about one frame but the scene.
+/// What a frame is asked for: size, camera, samples, settings, effects, AOVs. Everything but the scene.
+///
+/// Start from [`Self::of_scene`] or [`Self::new`] and change what differs. Later versions may add fields, so a literal
+/// ends with a base. (The type is not `#[non_exhaustive]`, which would forbid that form.)
+///
+/// ```
+/// use manypass::{FrameRequest, scene};
+///
+/// let scene = scene::demo::hall();
+/// let mut request = FrameRequest { sample_count: 8, ..FrameRequest::of_scene(&scene, 640, 360) };
+/// request.settings.shadows.enabled = false;
+/// ```
 #[derive(Clone, Debug)]
 pub struct FrameRequest {
     /// Width in pixels.

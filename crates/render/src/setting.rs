@@ -34,6 +34,7 @@ use std::fmt::{self, Display, Formatter};
 
 /// A setting was refused.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
+#[non_exhaustive]
 pub enum SettingsError {
     /// No setting has that key.
     #[error("no setting is called `{key}`{}", suggestion(nearest.as_deref()))]

@@ -24,8 +24,16 @@ macro_rules! compose {
     ($($group:ident: $($segment:ident)::+,)*) => {
         $(pub use $($segment)::+;)*
 
-        /// Every setting, with its value.
+        /// Every setting, with its value, in groups. Start from the defaults and assign fields: later versions have more.
+        ///
+        /// ```
+        /// let mut settings = manypass::Settings::default();
+        /// settings.occlusion.radius_m = 0.3;
+        /// settings.set("tone_map.curve", "agx")?;
+        /// # Ok::<(), manypass::SettingsError>(())
+        /// ```
         #[derive(Clone, Debug, Default, PartialEq, Serialize)]
+        #[non_exhaustive]
         pub struct Settings {
             $(#[doc = concat!("The settings whose keys begin with `", stringify!($group), ".`.")] pub $group: $($segment)::+,)*
         }

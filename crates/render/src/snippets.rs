@@ -40,3 +40,45 @@ pub struct OverlayPage;
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub struct StagePage;
+
+/// docs/library.md, what is exported.
+///
+/// ```no_run
+/// # #![allow(unused_imports)]
+/// use manypass::{glam, graph, scene, wgpu};
+/// ```
+///
+/// Its handles.
+///
+/// ```no_run
+/// let mut scene = manypass::scene::load_path("room.glb".as_ref())?.scene;
+/// if let Some(light) = scene.node_named("Lamp").and_then(|id| scene.light_mut(id)) {
+///     light.intensity *= 2.0;
+/// }
+/// if let Some(paint) = scene.material_named("Paint") {
+///     scene.materials[paint].base_color_factor = [0.8, 0.1, 0.1, 1.0].into();
+/// }
+/// scene.update_transforms();
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+///
+/// Its window.
+///
+/// ```no_run
+/// # use manypass::{FrameRequest, Gpu, Renderer, Target, scene::Scene, wgpu};
+/// # fn show(window: std::sync::Arc<winit::window::Window>, scene: Scene) -> Result<(), Box<dyn std::error::Error>> {
+/// # let size_px = window.inner_size().into();
+/// let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+/// let surface = instance.create_surface(window)?;
+/// let (gpu, config) = Gpu::for_surface(&instance, &surface, size_px)?;
+/// surface.configure(&gpu.device, &config);
+/// let mut renderer = Renderer::new(gpu)?;
+/// if let wgpu::CurrentSurfaceTexture::Success(output) = surface.get_current_texture() {
+///     let request = FrameRequest::of_scene(&scene, config.width, config.height);
+///     renderer.render_to(&scene, &request, &Target::whole(&output.texture))?;
+///     renderer.gpu().queue.present(output);
+/// }
+/// # Ok(())
+/// # }
+/// ```
+pub struct LibraryPage;

@@ -17,7 +17,7 @@ use manypass_graph::{ColorLoad, DepthLoad, Handle};
 use manypass_scene::Aabb;
 
 choices! {
-    /// In which way surfaces that alpha covers become one picture.
+    /// The way of transparency: how alpha-blended surfaces are composited.
     pub enum TransparencyMode {
         /// One over the other, farther objects first (Porter & Duff 1984).
         #[default]
@@ -30,7 +30,7 @@ choices! {
 }
 
 choices! {
-    /// Which fragments masks drop.
+    /// Alpha masks: which fragments they drop.
     pub enum Masks {
         /// Hashed in stills of several samples, whose mean has no pattern; else those below the cutoff.
         #[default]

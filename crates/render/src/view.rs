@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec2, Vec4};
 use manypass_scene::{Aabb, Framing, Projection, Scene};
 
-/// From where, and how, the scene is seen.
+/// A camera: where it stands, and its projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
     /// The camera's transform: it looks along its −Z, with its +Y up.
@@ -50,7 +50,7 @@ pub struct ViewUniform {
     pub depth_slope: Vec2,
 }
 
-/// The nearest and the farthest distance along the view axis, in metres.
+/// The distances of the near and far planes along the view axis, in metres.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DepthRange {
     /// The nearest distance.

@@ -14,8 +14,8 @@ fn run(name: &str, arguments: &[&str]) -> Picture {
     run_and_hear(name, arguments).0
 }
 
-/// As [`run`], with what the example says.
-fn run_and_hear(name: &str, arguments: &[&str]) -> (Picture, String) {
+/// Where the example `name` was built.
+fn example(name: &str) -> PathBuf {
     // Cargo puts tests into `deps`, and examples beside that folder.
     let deps = std::env::current_exe().unwrap();
     let file = format!("{name}{}", std::env::consts::EXE_SUFFIX);
@@ -25,8 +25,13 @@ fn run_and_hear(name: &str, arguments: &[&str]) -> (Picture, String) {
         "{} is not built; `cargo test -p manypass` builds it, `--test examples` does not",
         example.display()
     );
+    example
+}
+
+/// As [`run`], with what the example says.
+fn run_and_hear(name: &str, arguments: &[&str]) -> (Picture, String) {
     let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"));
-    let output = Command::new(example).args(arguments).arg(&out).output().unwrap();
+    let output = Command::new(example(name)).args(arguments).arg(&out).output().unwrap();
     assert!(output.status.success(), "{name}: {}", String::from_utf8_lossy(&output.stderr));
     let decoded = image::open(&out).unwrap().to_rgba8();
     let picture = Picture::from_rgba8(decoded.width() as usize, decoded.height() as usize, decoded.as_raw());
@@ -128,4 +133,84 @@ fn textbook_layouts_make_the_picture_of_our_frame() {
     assert_eq!(bytes("float positions, two geometry passes"), [held, held, held + 8.0 + 4.0]);
     let ours = bytes("ours |");
     assert!(ours[0] < held && ours[2] < held + 12.0, "{table}");
+}
+
+#[test]
+fn an_effect_in_rust_keeps_what_frames_before_have_shown() {
+    assert!(include_str!("../examples/rust_pass.rs").lines().count() <= 120);
+    let picture = run("rust_pass", &[]);
+    assert_eq!((picture.width, picture.height), (320, 180));
+    let red_at = |x: usize| u32::from(picture.pixels[90 * 320 + x][0]);
+    // The ball is in the middle. It came from the left, where it fades, and was never to the right of where it is.
+    assert!(red_at(160) > 150, "the ball is {}", red_at(160));
+    let [left, right] = [[100, 90, 80, 70], [220, 230, 240, 250]].map(|columns| columns.map(red_at));
+    assert!(left.iter().all(|red| *red > 10), "the afterimage is {left:?}");
+    assert!(right.iter().all(|red| *red < 5), "beside it is {right:?}");
+    assert!(left.is_sorted_by(|near, far| near >= far), "it fades with its age: {left:?}");
+}
+
+#[test]
+fn a_scene_built_in_code_is_drawn() {
+    let picture = run("scene_in_code", &[]);
+    assert_eq!((picture.width, picture.height), (640, 360));
+    assert!(toned_share(&picture) > 0.8);
+    let at = |x: usize, y: usize| picture.pixels[y * 640 + x].map(u32::from);
+    // The front of the pyramid is red, the sphere to its left is of gold, and the floor is grey.
+    let [red, green, blue, _] = at(320, 190);
+    assert!(red > 80 && red > 2 * green && red > 2 * blue, "the pyramid is {:?}", at(320, 190));
+    let sphere: Vec<[u32; 4]> = (150..225).map(|y| at(150, y)).collect();
+    assert!(sphere.iter().any(|[red, _, blue, _]| *red > blue + 15), "the sphere is {sphere:?}");
+    let [red, green, blue, _] = at(320, 340);
+    assert!(red > 20 && red.abs_diff(green) < 40 && green.abs_diff(blue) < 60, "the floor is {:?}", at(320, 340));
+}
+
+/// A display without a screen, which ends with it.
+struct Xvfb(std::process::Child, String);
+
+impl Xvfb {
+    /// None where the program is not installed.
+    fn start() -> Option<Self> {
+        let mut command = Command::new("Xvfb");
+        // It writes the number of the display that it has chosen, and closes its output.
+        command.args(["-displayfd", "1", "-screen", "0", "800x600x24", "-nolisten", "tcp"]);
+        command.stdout(std::process::Stdio::piped()).stderr(std::process::Stdio::null());
+        let mut child = command.spawn().ok()?;
+        let mut number = String::new();
+        let output = child.stdout.take().unwrap();
+        std::io::BufRead::read_line(&mut std::io::BufReader::new(output), &mut number).unwrap();
+        Some(Self(child, format!(":{}", number.trim())))
+    }
+}
+
+impl Drop for Xvfb {
+    fn drop(&mut self) {
+        // It may have ended by itself.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+#[test]
+fn a_window_shows_a_thousand_lights_that_move() {
+    assert!(include_str!("../examples/window/main.rs").lines().count() <= 90);
+    if !cfg!(target_os = "linux") {
+        return manypass_testkit::needs::skip("only Linux has displays without a screen");
+    }
+    let Some(display) = Xvfb::start() else {
+        return manypass_testkit::needs::skip("no Xvfb; on Debian and Ubuntu the package xvfb brings it");
+    };
+    let frames = |count: &str| {
+        let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("window_{count}.png"));
+        let mut command = Command::new(example("window"));
+        command.args(["--frames", count, "--out"]).arg(&out).env("DISPLAY", &display.1);
+        let output = command.output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let decoded = image::open(&out).unwrap().to_rgba8();
+        Picture::from_rgba8(decoded.width() as usize, decoded.height() as usize, decoded.as_raw())
+    };
+    let [first, later] = ["1", "5"].map(frames);
+    assert_eq!((first.width, first.height), (later.width, later.height));
+    assert!(toned_share(&first) > 0.3, "{}", toned_share(&first));
+    let moved = difference(&first, &later, 8);
+    assert!((0.005..0.98).contains(&(1.0 - moved.share)), "lamps move, and the floor stays: {moved:?}");
 }

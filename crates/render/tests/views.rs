@@ -62,6 +62,30 @@ fn two_views_of_a_frame_are_the_two_alone() {
 }
 
 #[test]
+fn what_cannot_be_read_is_told_by_kind() {
+    let test = scenes::rows_of_spheres();
+    let mut renderer = renderer();
+    renderer.load(&test.scene).unwrap();
+    let early = renderer.read_display().unwrap_err();
+    assert!(matches!(&early, RenderError::NotRendered { view } if view.is_empty()), "{early}");
+    let request = plain_request(&test.scene, (32, 24));
+    let request = FrameRequest { sample_count: 2, averaging: Averaging::Display, ..request };
+    let later = FrameRequest { sample_index: 1, ..request.clone() };
+    let alone = renderer.render(&test.scene, &later).unwrap_err();
+    assert!(matches!(alone, RenderError::SampleWithoutFirst), "{alone}");
+    renderer.render(&test.scene, &request).unwrap();
+    renderer.render(&test.scene, &later).unwrap();
+    let other = renderer.rendered("mirror").err().unwrap();
+    assert!(matches!(&other, RenderError::NotRendered { view } if view == "mirror"), "{other}");
+    assert!(other.to_string().contains("`mirror`") && other.to_string().contains("render_views"), "{other}");
+    let radiance = renderer.read_radiance().unwrap_err();
+    assert!(matches!(radiance, RenderError::RadianceNotKept), "{radiance}");
+    let motion = renderer.read_aov(Aov::Motion).unwrap_err();
+    assert!(matches!(motion, RenderError::AovNotKept { aov: Aov::Motion }), "{motion}");
+    assert!(motion.to_string().contains("`motion`") && motion.to_string().contains("want_aovs"), "{motion}");
+}
+
+#[test]
 fn a_reflected_view_is_the_ray_casters_flipped() {
     const SIZE: (usize, usize) = (96, 72);
     for test in [scenes::rows_of_spheres(), scenes::sun()] {

@@ -87,6 +87,7 @@ pub struct Loaded {
 
 /// Why a file cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
 pub enum LoadError {
     /// The file or one that it names cannot be fetched.
     #[error("{file}: {message}")]

@@ -17,6 +17,7 @@ pub mod colour;
 pub mod decal;
 pub mod demo;
 mod diagnostic;
+mod editing;
 pub mod environment;
 pub mod formats;
 pub mod framing;

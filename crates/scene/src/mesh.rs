@@ -73,6 +73,26 @@ pub struct Primitive {
 }
 
 impl Primitive {
+    /// Triangles between vertices: every three of `indices` are one, counter-clockwise seen from the front. `normals`
+    /// are of length 1, one for each of `positions`. The box around them follows.
+    ///
+    /// # Panics
+    /// There are not as many normals as positions, or an index has no vertex.
+    ///
+    /// ```
+    /// use manypass_scene::Primitive;
+    ///
+    /// let corners = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+    /// let triangle = Primitive::of_triangles(corners, vec![[0.0, 0.0, 1.0]; 3], vec![0, 1, 2]);
+    /// assert_eq!(triangle.bounds.max, [1.0, 1.0, 0.0].into());
+    /// ```
+    pub fn of_triangles(positions: Vec<[f32; 3]>, normals: Vec<[f32; 3]>, indices: Vec<u32>) -> Self {
+        assert_eq!(positions.len(), normals.len(), "every vertex has a normal");
+        assert!(indices.iter().all(|index| (*index as usize) < positions.len()), "every index has a vertex");
+        let bounds = Aabb::from_points(positions.iter().copied().map(Vec3::from));
+        Self { positions, normals, indices, bounds, ..Self::default() }
+    }
+
     /// How far the farthest of `positions` lies from a place, in metres of object space; positions that are not finite
     /// are passed over.
     pub fn reach_m(&self, from: Vec3) -> f32 {

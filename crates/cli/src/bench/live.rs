@@ -29,9 +29,10 @@ impl Live {
     /// Gives the first frame its settings.
     pub fn begin(&self, request: &mut FrameRequest) {
         let Some(budget) = &self.budget else { return };
+        let mut settings = budget.settings().clone();
         // Exposure was found before.
-        let exposure = request.settings.exposure.clone();
-        request.settings = Settings { exposure, ..budget.settings().clone() };
+        settings.exposure = request.settings.exposure.clone();
+        request.settings = settings;
     }
 
     /// Takes what a frame took, and gives the next one its settings.

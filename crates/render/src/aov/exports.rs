@@ -43,7 +43,7 @@ impl AovExports {
     pub fn textures(&self, run: &Run, view: ViewUniform, origin_m: Vec3) -> Result<Option<AovTextures>, RenderError> {
         let Some([base_color, normal, material, linear_depth]) = self.gbuffer else { return Ok(None) };
         let exported = |export: Export| {
-            run.exported(export).cloned().ok_or(RenderError::Missing("an exported texture is missing"))
+            run.exported(export).cloned().ok_or(RenderError::Internal("an exported texture is missing"))
         };
         Ok(Some(AovTextures {
             view,

@@ -2,7 +2,7 @@
 
 use super::Aov;
 
-/// What a variable holds, and how it is written.
+/// The description of an AOV: what it holds, its unit and space, and how files hold it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct AovInfo {
     /// The name on the command line, and of the layer in files.

@@ -8,7 +8,7 @@ use std::f32::consts::{PI, TAU};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
-/// What light comes from each direction, as frames have it.
+/// The radiance of the environment from each direction, as frames have it.
 #[derive(Clone, Debug)]
 pub struct EnvironmentRadiance {
     from: From,

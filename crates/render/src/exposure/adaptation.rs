@@ -6,7 +6,7 @@ use crate::request::FrameRequest;
 use crate::setting::choices;
 
 choices! {
-    /// Which parts of a picture count how much for its exposure.
+    /// The metering pattern: how much each part of the picture counts for its exposure.
     pub enum MeteringPattern {
         /// All alike.
         #[default]
@@ -39,7 +39,7 @@ impl MeteringPattern {
     }
 }
 
-/// How the exposure of a picture follows from that of the last one of its view, where `exposure.adapt` asks for it.
+/// Eye adaptation: how exposure goes on from that of the view's last picture (`exposure.adapt`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Adaptation {
     /// It does not: the picture is one of its own, and exposed as it was metered.

@@ -15,6 +15,7 @@ pub fn block_format(features: wgpu::Features) -> Option<BlockFormat> {
 
 /// What the device can do, as far as the frame cares.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Capabilities {
     /// The format of depth and stencil: 32-bit float where there is one, else 24 bits.
     pub depth_format: wgpu::TextureFormat,

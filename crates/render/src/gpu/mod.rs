@@ -7,6 +7,8 @@ mod faults;
 #[cfg(not(target_arch = "wasm32"))]
 mod floor;
 pub mod readback;
+#[cfg(not(target_arch = "wasm32"))]
+mod surface;
 
 pub use capabilities::{Capabilities, block_format};
 #[cfg(not(target_arch = "wasm32"))]
@@ -16,6 +18,7 @@ use faults::Faults;
 
 /// No device could be had.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuError {
     /// There is no adapter at all.
     #[error(
@@ -63,6 +66,7 @@ pub(crate) fn destroy(view: &wgpu::TextureView) {
 
 /// What a user sees of an adapter.
 #[derive(Clone, Debug, serde::Serialize)]
+#[non_exhaustive]
 pub struct AdapterSummary {
     /// The device's name.
     pub name: String,

@@ -153,8 +153,9 @@ impl Chooser {
     }
 }
 
-/// What was drawn of one level, of all that has levels.
+/// What was drawn of one level of detail, of all meshes that have levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+#[non_exhaustive]
 pub struct LevelCount {
     /// How often primitives were drawn at it; those that fade count for both of their levels.
     pub primitives: u64,

@@ -3,7 +3,7 @@
 use crate::setting::{choices, settings};
 
 choices! {
-    /// How lights are kept from pixels that they do not reach.
+    /// The way of light culling: how the lights that reach a pixel are found.
     pub enum LightCulling {
         /// A list for every cluster.
         #[default]

@@ -22,7 +22,7 @@ pub const ADD: wgpu::BlendState = {
     wgpu::BlendState { color: component, alpha: component }
 };
 
-/// A part of the picture, told by depth and stencil.
+/// A part of the picture, by the depth and stencil tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PicturePart {
     /// Where there is an opaque or masked surface.

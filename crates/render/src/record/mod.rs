@@ -44,7 +44,7 @@ use manypass_graph::{Graph, Handle, History, TextureDesc};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// What all views of a frame share.
+/// What all views of a frame share: the device, and what is loaded of the scene.
 #[derive(Debug)]
 pub struct Frame<'f> {
     /// The device and what it can do.
@@ -155,7 +155,7 @@ impl<'r, 'f> Recorder<'r, 'f> {
     }
 
     /// A pass that draws many small pictures of what casts shadows, with the program `program`.
-    pub fn tiles(&mut self, name: impl Into<Cow<'static, str>>, program: &'static str) -> TilePass<'_, 'f> {
+    pub(crate) fn tiles(&mut self, name: impl Into<Cow<'static, str>>, program: &'static str) -> TilePass<'_, 'f> {
         let pass = self.graph.pass(name);
         TilePass::new(pass, self.frame, self.view, program)
     }

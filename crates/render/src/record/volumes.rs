@@ -196,7 +196,7 @@ impl Fullscreen<'_, '_> {
     ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.
-    pub fn draw_volumes(
+    pub(crate) fn draw_volumes(
         self,
         target: Handle,
         depth: Handle,

@@ -257,7 +257,7 @@ impl Renderer {
             ..Purpose::BESIDE
         };
         let readings = self.run(scene, &[("", &request)], &purpose).await?;
-        let radiance = readings.exports.first().ok_or(RenderError::Missing("nothing was metered"))?;
+        let radiance = readings.exports.first().ok_or(RenderError::Internal("nothing was metered"))?;
         let rgba: Vec<f32> = radiance.floats().collect();
         Ok(Reading::new(&rgba, pre_exposure_stops))
     }

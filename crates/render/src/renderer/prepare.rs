@@ -234,10 +234,7 @@ fn stats_of_captures(requests: &[ViewRequest], captures_left_out: u32) -> FrameS
 fn missing_output_bytes(views: &FrameViews, purpose: &Purpose<'_>) -> Result<u64, RenderError> {
     let FrameViews { requests, states, .. } = views;
     if purpose.is_picture && !requests.iter().zip(states).all(|(asked, state)| asked.finds_means(state)) {
-        return Err(RenderError::Missing(
-            "there is no mean for this sample to be added to: all samples of a picture have one size, one \
-             `sample_count` and one `averaging`",
-        ));
+        return Err(RenderError::SampleWithoutFirst);
     }
     if !purpose.is_run || !purpose.draws_picture {
         return Ok(0);

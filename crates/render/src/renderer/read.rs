@@ -70,7 +70,7 @@ impl Renderer {
             FrameReadings { plan, light_rounds, exports: Vec::new(), pictures: Vec::new(), times: Vec::new() };
         let Some(run) = run else { return Ok(readings) };
         for export in exports {
-            let texture = run.exported(export).ok_or(RenderError::Missing("an exported texture is missing"))?;
+            let texture = run.exported(export).ok_or(RenderError::Internal("an exported texture is missing"))?;
             let bytes = readback::read_texture(&self.gpu, texture).await?;
             readings.exports.push(TextureBytes { format: texture.format(), bytes });
         }

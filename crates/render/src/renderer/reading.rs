@@ -36,9 +36,7 @@ impl RenderedView<'_> {
             MeansOf::Both | MeansOf::PartsAndRadiance => &output.radiance_sums,
             MeansOf::Nothing | MeansOf::Display | MeansOf::Parts => &[],
         };
-        let sum = sums.get(state.latest_sum & 1).ok_or(RenderError::Missing(
-            "radiance was not kept: the request must ask for it with `averaging`, or with the variable",
-        ))?;
+        let sum = sums.get(state.latest_sum & 1).ok_or(RenderError::RadianceNotKept)?;
         let rows = rows.start.min(output.size.1)..rows.end.min(output.size.1);
         let (is_first_band, first_row) = (rows.start == 0, rows.start as f32);
         let tint = output.tint_sums.get(state.latest_sum & 1).filter(|_| state.has_tint);
@@ -92,9 +90,7 @@ impl RenderedView<'_> {
     /// # Errors
     /// The view was rendered on the forward path, or without wanting the variable; or the device was lost.
     pub async fn read_aov_rows_async(&self, aov: Aov, rows: Range<u32>) -> Result<AovPixels, RenderError> {
-        let missing = RenderError::Missing(
-            "there is no such AOV: only the deferred path has them, and the request must name them",
-        );
+        let missing = RenderError::AovNotKept { aov };
         match (&self.state.aovs, aov) {
             (None, _) => Err(missing),
             (Some(_), Aov::Radiance) => {
@@ -168,9 +164,9 @@ impl Renderer {
     /// # Errors
     /// No view of that name was rendered yet.
     pub fn rendered(&self, name: &str) -> Result<RenderedView<'_>, RenderError> {
-        let missing = RenderError::Missing("nothing was rendered yet");
-        let state = self.views.get(name).ok_or(missing)?;
-        let output = state.output.as_ref().ok_or(RenderError::Missing("nothing was rendered yet"))?;
+        let missing = || RenderError::NotRendered { view: name.into() };
+        let state = self.views.get(name).ok_or_else(missing)?;
+        let output = state.output.as_ref().ok_or_else(missing)?;
         Ok(RenderedView { gpu: &self.gpu, state, output })
     }
 

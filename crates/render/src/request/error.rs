@@ -1,5 +1,6 @@
-//! Why there is no frame.
+//! Why there is no frame, or why it cannot be read.
 
+use crate::aov::Aov;
 use crate::gpu::GpuError;
 use crate::overlay::OverlayError;
 use crate::quality::Quality;
@@ -7,8 +8,9 @@ use crate::settings::SettingsError;
 use crate::shader::program::ProgramError;
 use manypass_graph::PlanError;
 
-/// Why there is no frame.
+/// Why there is no frame, or why it cannot be read.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RenderError {
     /// The device failed.
     #[error(transparent)]
@@ -77,12 +79,41 @@ pub enum RenderError {
     /// Two views of a frame have one name.
     #[error("two views of the frame are called `{0}`")]
     ViewTwice(String),
-    /// Whoever follows the progress of something long said to stop.
+    /// The caller's progress function asked to stop.
     #[error("stopped")]
     Stopped,
-    /// [`crate::Renderer::load`] was not called, or nothing was rendered yet.
-    #[error("{0}")]
-    Missing(&'static str),
+    /// A view is read that no frame has drawn yet.
+    #[error(
+        "{} was not rendered yet; draw a frame first, with `Renderer::render` or `Renderer::render_views`",
+        if view.is_empty() { "the picture".to_owned() } else { format!("the view `{view}`") }
+    )]
+    NotRendered {
+        /// The view's name; empty for the only view of a frame.
+        view: String,
+    },
+    /// Radiance is read of a picture whose display colours alone were averaged.
+    #[error(
+        "the picture has no radiance to read: set `FrameRequest::averaging` to `Averaging::Radiance` or `Both`, or add \
+         `Aov::Radiance` to `FrameRequest::want_aovs`"
+    )]
+    RadianceNotKept,
+    /// An AOV is read that the frame did not keep.
+    #[error(
+        "the frame has no AOV `{}`: add it to `FrameRequest::want_aovs`, and draw on the path `deferred`", aov.name()
+    )]
+    AovNotKept {
+        /// The AOV that is read.
+        aov: Aov,
+    },
+    /// A later sample has no samples before it that it could be averaged with.
+    #[error(
+        "a sample follows none of the same picture: draw the samples from `sample_index` 0 on, with one size, one \
+         `sample_count` and one `averaging`"
+    )]
+    SampleWithoutFirst,
+    /// The renderer contradicts itself; no request should lead here.
+    #[error("{0}; this is a fault of the renderer, please report it")]
+    Internal(&'static str),
 }
 
 impl RenderError {

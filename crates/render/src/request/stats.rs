@@ -5,6 +5,7 @@ use crate::record::LegendEntry;
 
 /// Numbers of the last frame.
 #[derive(Clone, Debug, Default, serde::Serialize)]
+#[non_exhaustive]
 pub struct FrameStats {
     /// Draw calls of surfaces.
     pub draws: u32,
@@ -82,6 +83,7 @@ pub struct FrameStats {
 /// Pairs of a light and what it may reach: a pixel of the picture, or on forward paths a fragment that is drawn, or
 /// with Gouraud shading a vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
+#[non_exhaustive]
 pub struct PairCounts {
     /// Iterations of the loop over lights.
     pub pairs_visited: u64,
@@ -105,6 +107,7 @@ impl std::ops::AddAssign for PairCounts {
 
 /// The picture of one target of one pass.
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct PassPicture {
     /// Pass and target.
     pub name: String,

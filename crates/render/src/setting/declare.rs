@@ -32,6 +32,7 @@ macro_rules! settings {
     ) => {
         $(#[doc = $struct_doc])+
         #[derive(Clone, Debug, PartialEq)]
+        #[non_exhaustive]
         pub struct $name {
             $(
                 $(#[doc = $doc])+

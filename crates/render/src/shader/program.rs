@@ -14,6 +14,7 @@ use {
 
 /// A shader cannot be used as it is.
 #[derive(Clone, Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum ProgramError {
     /// The shader does not compile.
     #[error("the shader of pass `{pass}` does not compile:\n{message}")]

@@ -15,7 +15,7 @@ mod uniforms;
 pub use file::SimulationFile;
 pub(crate) use running::{Moving, Running};
 
-/// How far a simulation has come on its way to the time of a scene.
+/// How many of its steps a simulation has made towards the scene's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SimulationProgress<'s> {
     /// Its name.
@@ -26,7 +26,7 @@ pub struct SimulationProgress<'s> {
     pub total: u64,
 }
 
-/// What became of a simulation.
+/// What a simulation did: its steps, and whether its values exploded.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct SimulationReport {
     /// Its name.

@@ -26,7 +26,7 @@ use pipelines::Targets;
 use prepared::{BoundShapes, Chunk, Preparing};
 use std::borrow::Cow;
 
-/// Which of the draws of a list.
+/// Which surfaces of the draw list a pass draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DrawSelection {
     /// Every one.

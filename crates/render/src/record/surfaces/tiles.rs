@@ -34,7 +34,7 @@ impl<'r, 'f> TilePass<'r, 'f> {
     ///
     /// # Errors
     /// A program that does not compile, or declares what nobody binds.
-    pub fn draw_into(self, target: Handle, is_first: bool, tiles: &[Tile]) -> Result<Handle, ProgramError> {
+    pub(crate) fn draw_into(self, target: Handle, is_first: bool, tiles: &[Tile]) -> Result<Handle, ProgramError> {
         let Self { mut pass, frame, view, program } = self;
         let format = target.desc().format;
         let targets = Targets {
