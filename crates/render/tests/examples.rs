@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
+use crate::common;
 use manypass::{FrameRequest, scene};
 use manypass_testkit::compare::{Picture, difference};
 use std::path::{Path, PathBuf};

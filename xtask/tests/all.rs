@@ -1,0 +1,6 @@
+//! The tests of the repository's form, one module a file, linked once.
+
+mod architecture;
+mod arrows;
+mod imports;
+mod pages;
