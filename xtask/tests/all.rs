@@ -4,3 +4,4 @@ mod architecture;
 mod arrows;
 mod imports;
 mod pages;
+mod programs;

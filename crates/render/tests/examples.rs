@@ -21,7 +21,7 @@ fn run_and_hear(name: &str, arguments: &[&str]) -> (Picture, String) {
     let example = deps.parent().and_then(Path::parent).unwrap().join("examples").join(file);
     assert!(
         example.exists(),
-        "{} is not built; `cargo test -p manypass` builds it, `--test examples` does not",
+        "{} is not built; `cargo test -p manypass` builds it, `--test all` does not",
         example.display()
     );
     let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("{name}.png"));
