@@ -64,19 +64,24 @@ export async function open(browser, origin, address, viewport, faults) {
   return page;
 }
 
+/** So many addresses are opened in a page: with WebGL fewer than a browser has contexts. */
+const OPENED_MAX = { webgpu: 24, webgl: 6 };
+
 /**
  * A page of the browser that opens addresses one after the other, each as if it was the first: the page's script runs anew,
- * on another canvas and with a viewer of its own. A small viewer stays, so that all share its device, and what one of them
- * compiles is there for the others.
+ * on another canvas and with a viewer of its own, while the module stays as the browser has optimised it. With WebGPU a small
+ * viewer stays, too, so that all share its device, and what one of them compiles is there for the others.
  */
 export class Tab {
+  #backend;
   #browser;
   #origin;
   #page;
   #faults = [];
   #count = 0;
 
-  constructor(browser, origin) {
+  constructor(browser, origin, backend) {
+    this.#backend = backend;
     this.#browser = browser;
     this.#origin = origin;
   }
@@ -84,13 +89,13 @@ export class Tab {
   /** As [`open`]; `release` ends it. */
   async open(address, viewport, faults) {
     this.#faults = faults;
+    if (this.#count % OPENED_MAX[this.#backend] === 0) await this.close();
     this.#page ??= await this.#begin();
     const page = this.#page;
     try {
       await this.#show(page, address, viewport);
     } catch (error) {
-      this.#page = undefined;
-      await page.close();
+      await this.close();
       throw error;
     }
     return page;
@@ -113,10 +118,14 @@ export class Tab {
 
   /** Ends what was opened; after a fault the next one has another page. */
   async release() {
-    const page = this.#page;
-    if (this.#faults.length === 0) return page.evaluate(() => window.manypass.viewer.dispose());
+    if (this.#faults.length > 0) return this.close();
+    await this.#page.evaluate(() => window.manypass.viewer.dispose());
+  }
+
+  /** Closes the page. */
+  async close() {
+    await this.#page?.close();
     this.#page = undefined;
-    await page?.close();
   }
 
   async #begin() {
@@ -124,15 +133,16 @@ export class Tab {
     // The page's own script does not run in what is no page of its package.
     await page.route("**/empty.html", (route) => route.fulfill({ contentType: "text/html", body: "<!doctype html>" }));
     await page.goto(`${this.#origin}/empty.html`);
-    await page.evaluate(async () => {
+    await page.evaluate(async (backend) => {
       const head = new DOMParser().parseFromString(await (await fetch("index.html")).text(), "text/html").head;
       document.head.innerHTML = head.innerHTML;
+      if (backend !== "webgpu") return;
       const { default: init, create } = await import(new URL("manypass_web.js", location.href).href);
       await init();
       const canvas = document.createElement("canvas");
       canvas.width = canvas.height = 16;
-      window.kept = await create(canvas, "webgpu");
-    });
+      window.kept = await create(canvas, backend);
+    }, this.#backend);
     return page;
   }
 }

@@ -7,7 +7,7 @@
 // `orbits` if there are any, and the last one is read; with `settles` one more is the same.
 import { writeFile } from "node:fs/promises";
 import { join } from "node:path";
-import { failures, launchWithBoth, launchWithNeither, open, out, serve, Tab, test } from "./harness.mjs";
+import { failures, launchWithBoth, launchWithNeither, out, serve, Tab, test } from "./harness.mjs";
 import { withMany } from "./many.mjs";
 import { asUser, withBudget, withLoss, withoutApi, withWrongAddress } from "./page.mjs";
 import { withSnippets } from "./snippets.mjs";
@@ -18,23 +18,14 @@ const address = ({ name, model }) => `models/${name}${model.endsWith(".stage.tom
 const pictureOf = ({ options }) => options.settings?.["environment.file"];
 const pictures = cases.filter(pictureOf).map((one) => [`/models/${one.name}.hdr`, pictureOf(one)]);
 const { origin, close } = await serve(new Map([...cases.map((one) => [`/${address(one)}`, one.model]), ...pictures, ["/models/compass.png", "docs/examples/compass.png"], ["/models/boxes.gltf", "xtask/browser/boxes.gltf"]]));
-/** How cases are opened: with WebGPU in one page, where what is compiled is shared; with WebGL, which shares nothing, in a page each. */
-function opener(browser, backend) {
-  if (backend === "webgpu") {
-    const tab = new Tab(browser, origin);
-    return { open: (...told) => tab.open(...told), close: () => tab.release() };
-  }
-  return { open: (...told) => open(browser, origin, ...told), close: (page) => page.close() };
-}
-
 /** Opens the page with a case on a backend, draws it, and saves what it shows. */
-async function draw(pages, backend, { name, model, width, height, groups, variant, options, effects, overlay, time, variables, frames, settles, orbits }) {
+async function draw(tab, backend, { name, model, width, height, groups, variant, options, effects, overlay, time, variables, frames, settles, orbits }) {
   await test(`${name} on ${backend}`, async (faults) => {
     const isChanged = Boolean(variant) || Object.keys(options).length + effects.length > 0;
     const query = { backend, size: `${width}x${height}`, model: model.startsWith("demo:") ? model : address({ name, model }) };
     // The frame before the change would compile shaders that nobody asks for.
     if (isChanged) query.draw = "later";
-    const page = await pages.open(query, { width, height }, faults);
+    const page = await tab.open(query, { width, height }, faults);
     try {
       const result = await page.evaluate(async ({ name, isChanged, groups, variant, options, effects, overlay, time, frames, settles, orbits }) => {
         let groupRatio, offPixels;
@@ -137,15 +128,16 @@ async function draw(pages, backend, { name, model, width, height, groups, varian
       console.log(`    ${name} on ${backend}: first frame ${result.first.toFixed(0)} ms after the page was opened, next ${result.second.toFixed(0)} ms${notes}`);
     } catch (error) {
       faults.push(String(error));
-    } finally { await pages.close(page); }
+    } finally { await tab.release(); }
   });
 }
 
 // A backend each at a time: what one of them does by itself, the other has a core for.
 await Promise.all(["webgpu", "webgl"].map(async (backend) => {
   const browser = await launchWithBoth();
-  const pages = opener(browser, backend);
-  for (const one of cases) await draw(pages, backend, one);
+  const tab = new Tab(browser, origin, backend);
+  for (const one of cases) await draw(tab, backend, one);
+  await tab.close();
   await withBudget(browser, origin, backend);
   await withLoss(browser, origin, backend);
   await withMany(browser, origin, backend);

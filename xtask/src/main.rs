@@ -23,7 +23,7 @@ cargo xtask COMMAND
   web       build the web package into target/web: module, types and page; print their sizes (about 4 minutes)
               --fast         compile sooner to a larger module, for work on the package
   browser   only the browser tests, with the web package that was built last, or, where a crate changed since, one built as
-              by `web --fast` (about 20 minutes); MANYPASS_BROWSER_CASES=hall,hall-echo runs some of them
+              by `web --fast` (about 12 minutes); MANYPASS_BROWSER_CASES=hall,hall-echo runs some of them
   bench     measure every way of lighting against brute force, and the loop over lights against its limit; ratios within
               one run (about 14 minutes); `bench --help` lists its tables and options
   fidelity  render the scenes that others publish pictures of, and say how far ours are from those (about 3 minutes);
