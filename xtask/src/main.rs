@@ -1,24 +1,29 @@
 //! Set-up, demo, tests and goldens: `cargo xtask`. The web package, browser tests, bench and fidelity take long to build.
 //! They are in `xtask-tools`, which is built on demand.
 
+mod jobs;
 mod programs;
 
 use anyhow::Result;
+use jobs::Extent;
 use std::process::Command;
 use xtask::setup;
-use xtask::step::{self, Steps, cargo, root};
+use xtask::step::{self, Steps, Tally, cargo, root};
 
 const HELP: &str = "\
 cargo xtask COMMAND
 
   demo      set up, build, and render the built-in demo to demo.png and its passes to demo-passes.png
               (about 4 minutes the first time)
-  test      set up what is missing, then check formatting, lints, docs, tests, web build and browsers (about 50 minutes on two cores)
+  test      set up what is missing, then check formatting, lints, dependencies, docs, tests, web build and browsers
+              (about 35 minutes on two cores)
               --no-browser   leave out the web build and the browser tests
+              --quick        while you work: formatting, lints and the tests that are fast, no browser (about 10 minutes
+                             where all is built); the last line counts what it left out as skipped
   web       build the web package into target/web: module, types and page; print their sizes (about 4 minutes)
               --fast         compile sooner to a larger module, for work on the package
   browser   only the browser tests, with the web package that was built last, or, where a crate changed since, one built as
-              by `web --fast` (about 20 minutes); MANYPASS_BROWSER_CASES=hall,hall-echo runs some of them
+              by `web --fast` (about 12 minutes); MANYPASS_BROWSER_CASES=hall,hall-echo runs some of them
   bench     measure every way of lighting against brute force, and the loop over lights against its limit; ratios within
               one run (about 14 minutes); `bench --help` lists its tables and options
   fidelity  render the scenes that others publish pictures of, and say how far ours are from those (about 3 minutes);
@@ -53,6 +58,7 @@ fn main() -> Result<()> {
         }
         ["test"] => test(&mut steps, true),
         ["test", "--no-browser"] => test(&mut steps, false),
+        ["test", "--quick"] => test_quickly(&mut steps),
         ["goldens"] => steps.run("goldens", "3 min", || {
             step::check(cargo(["test", "--workspace", "golden"]).env("MANYPASS_GOLDENS", "write"))
         }),
@@ -86,17 +92,42 @@ fn tools(arguments: &[&str]) -> Result<Command> {
     Ok(command)
 }
 
-fn test(steps: &mut Steps, with_browser: bool) {
+/// What comes before the tests, of the whole run and of the quick one.
+fn check_form(steps: &mut Steps) {
     steps.run("Vulkan driver", "1 s; 1 min to install", setup::vulkan);
     steps.run("Python modules", "1 s; 30 s to install", setup::python);
     steps.run("formatting", "2 s", || step::check(&mut cargo(["fmt", "--all", "--check"])));
     steps.run("lints", "3 min", || {
         step::check(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-Dwarnings"]))
     });
+}
+
+/// Advisories, bans, licences and sources of all dependencies, where the program for it is installed.
+fn dependencies() -> Result<Tally> {
+    if step::output_of(&mut cargo(["deny", "--version"])).is_none() {
+        println!("    SKIPPED: cargo-deny is not installed (`cargo install cargo-deny`); tests check licences");
+        return Ok(Tally { skipped: 1, ..Tally::default() });
+    }
+    step::check(&mut cargo(["deny", "--workspace", "check"])).map(|()| Tally::step_without(0))
+}
+
+fn test_quickly(steps: &mut Steps) {
+    check_form(steps);
+    steps.run_counted("quick tests", "8 min", || jobs::test(Extent::Quick));
+    // Dependencies, docs, the web package and the browser tests.
+    for _ in 0..4 {
+        steps.leave_out();
+    }
+    println!("\n*** SKIPPED: slow tests, docs and browsers (--quick). Run `cargo xtask test` before you land. ***");
+}
+
+fn test(steps: &mut Steps, with_browser: bool) {
+    check_form(steps);
+    steps.run_counted("dependencies", "5 s", dependencies);
     steps.run("docs", "1 min", || {
         step::check(cargo(["doc", "--no-deps", "--workspace"]).env("RUSTDOCFLAGS", "-Dwarnings"))
     });
-    steps.run_counted("tests", "30 min", programs::test);
+    steps.run_counted("tests", "20 min", || jobs::test(Extent::Whole));
     if with_browser {
         match tools(&["test"]) {
             Ok(mut command) => steps.run_program("web package and browser tests", &mut command),

@@ -1,29 +1,30 @@
-//! The programs of `cargo test`, those of the renderer two at a time.
+//! The programs of `cargo test`, and the jobs that they are run as.
 //!
-//! Most of what they do has one thread, and `cargo test` runs one after the other.
+//! A crate's tests are one program (`tests/all.rs`), because each copy of wgpu takes seconds to link. Each of its
+//! modules runs as a process: what the driver keeps goes with it, and two of them share the cores.
 
-use anyhow::{Context, Result, anyhow, ensure};
+use crate::jobs::Job;
+use anyhow::{Context, Result, ensure};
 use serde_json::Value;
 use std::{
-    collections::VecDeque,
-    io::{BufRead, BufReader, Write},
+    collections::BTreeMap,
+    io::{BufRead, BufReader},
     path::{Path, PathBuf},
-    process::{Command, Stdio},
-    sync::{Mutex, PoisonError},
+    process::Stdio,
 };
-use xtask::step::{Tally, cargo};
+use xtask::step::{Tally, cargo, root};
 
-/// The package whose programs run two at a time. Others measure how long the program takes and what it holds.
-const BESIDE_EACH_OTHER: &str = "crates/render/";
-const WORKERS: usize = 2;
+/// The program whose modules run as processes.
+const MODULES: &str = "tests/all.rs";
 
 /// A program with tests.
-struct Program {
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Program {
     /// Where its package lies, which is where it runs.
-    package: PathBuf,
+    pub(crate) package: PathBuf,
     /// The file of its `main`, in the package.
-    source: PathBuf,
-    executable: PathBuf,
+    pub(crate) source: PathBuf,
+    pub(crate) executable: PathBuf,
 }
 
 impl Program {
@@ -40,36 +41,52 @@ impl Program {
         Some(Self { package, source, executable: text(&message["executable"])? })
     }
 
-    /// Runs it to its end, and says what it printed and whether it ended well.
-    fn run(&self) -> Result<(String, bool)> {
-        let (mut reader, writer) = std::io::pipe()?;
-        let mut command = Command::new(&self.executable);
-        command.current_dir(&self.package).env("CARGO_MANIFEST_DIR", &self.package);
-        command.stdin(Stdio::null()).stdout(writer.try_clone()?).stderr(writer);
-        let mut child = command.spawn().with_context(|| format!("starting {}", self.executable.display()))?;
-        // The command holds the pipe's other end, which would never close.
-        drop(command);
-        let mut printed = Vec::new();
-        std::io::Read::read_to_end(&mut reader, &mut printed)?;
-        Ok((String::from_utf8_lossy(&printed).into_owned(), child.wait()?.success()))
+    /// The names of its tests, those that are ignored among them.
+    fn tests(&self) -> Result<Vec<String>> {
+        let mut command = std::process::Command::new(&self.executable);
+        command.args(["--list", "--format", "terse"]).current_dir(&self.package).stdin(Stdio::null());
+        let output = command.output().with_context(|| format!("starting {command:?}"))?;
+        ensure!(output.status.success(), "{command:?} ended with {}", output.status);
+        Ok(names(&String::from_utf8_lossy(&output.stdout)))
+    }
+
+    /// The package's folder and the name of the program, as the tables of `jobs.rs` have them: `crates/cli memory`.
+    fn name(&self) -> String {
+        let package = self.package.strip_prefix(root()).unwrap_or(&self.package).display();
+        match self.source.strip_prefix("tests") {
+            Ok(file) => format!("{package} {}", file.with_extension("").display()),
+            Err(_) => format!("{package} {}", self.source.display()),
+        }
+    }
+
+    /// What it is run as: a process for each module of tests, or one.
+    fn jobs(&self, tests: Vec<String>) -> Vec<Job> {
+        if self.source != Path::new(MODULES) {
+            return vec![Job { name: self.name(), program: self.clone(), count: tests.len(), only: Vec::new() }];
+        }
+        let mut modules: BTreeMap<String, Vec<String>> = BTreeMap::new();
+        for test in tests {
+            let module = test.split("::").next().unwrap_or_default().to_owned();
+            modules.entry(module).or_default().push(test);
+        }
+        let package = self.package.strip_prefix(root()).unwrap_or(&self.package).display().to_string();
+        let job = |(module, only): (String, Vec<String>)| Job {
+            name: format!("{package} {module}"),
+            program: self.clone(),
+            count: only.len(),
+            only,
+        };
+        modules.into_iter().map(job).collect()
     }
 }
 
-/// Builds all tests and runs them; says what passed, failed and was skipped.
-pub(crate) fn test() -> Result<Tally> {
-    let programs = build()?;
-    ensure!(!programs.is_empty(), "cargo built no test programs");
-    let (pairs, alone): (Vec<_>, Vec<_>) =
-        programs.into_iter().partition(|program| program.package.ends_with(BESIDE_EACH_OTHER));
-    let sum = Mutex::new(Tally::default());
-    run_all(alone, 1, &sum)?;
-    run_all(pairs, WORKERS, &sum)?;
-    let mut sum = sum.into_inner().unwrap_or_else(PoisonError::into_inner);
-    sum.add(examples_of_docs()?);
-    Ok(sum)
+/// What `--list --format terse` says: `NAME: test`.
+fn names(listed: &str) -> Vec<String> {
+    listed.lines().filter_map(|line| Some(line.strip_suffix(": test")?.to_owned())).collect()
 }
 
-fn build() -> Result<Vec<Program>> {
+/// Builds all tests; gives the jobs that have any.
+pub(crate) fn build() -> Result<Vec<Job>> {
     let arguments = ["test", "--workspace", "--no-run", "--message-format=json-render-diagnostics"];
     let mut child = cargo(arguments).stdout(Stdio::piped()).spawn().context("starting cargo")?;
     let mut programs = Vec::new();
@@ -77,37 +94,17 @@ fn build() -> Result<Vec<Program>> {
         programs.extend(Program::read(&line?));
     }
     ensure!(child.wait()?.success(), "the tests do not compile");
-    Ok(programs)
-}
-
-fn run_all(programs: Vec<Program>, workers: usize, sum: &Mutex<Tally>) -> Result<()> {
-    let queue = Mutex::new(VecDeque::from(programs));
-    let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
-    let work = || -> Result<()> {
-        while let Some(program) = next() {
-            let (printed, is_well) = program.run()?;
-            let mut tally = Tally::default();
-            printed.lines().for_each(|line| tally.read(line));
-            if !is_well && tally.failed == 0 {
-                tally.failed = 1;
-            }
-            // What one printed stays together.
-            let mut sum = sum.lock().unwrap_or_else(PoisonError::into_inner);
-            let verdict = if is_well { "" } else { "error: a test failed\n" };
-            let name = program.package.join(&program.source);
-            write!(std::io::stdout().lock(), "     Running {}\n{printed}{verdict}", name.display())?;
-            sum.add(tally);
-        }
-        Ok(())
-    };
-    std::thread::scope(|scope| {
-        let threads: Vec<_> = (0..workers).map(|_| scope.spawn(work)).collect();
-        threads.into_iter().try_for_each(|thread| thread.join().map_err(|_| anyhow!("a worker panicked"))?)
-    })
+    ensure!(!programs.is_empty(), "cargo built no test programs");
+    let mut jobs = Vec::new();
+    for program in programs {
+        jobs.extend(program.jobs(program.tests()?));
+    }
+    jobs.retain(|job| job.count > 0);
+    Ok(jobs)
 }
 
 /// The examples in the docs, which cargo compiles and runs itself.
-fn examples_of_docs() -> Result<Tally> {
+pub(crate) fn examples_of_docs() -> Result<Tally> {
     let mut tally = Tally::default();
     let mut command = cargo(["test", "--workspace", "--no-fail-fast", "--doc"]);
     let mut child = command.stdout(Stdio::piped()).spawn().with_context(|| format!("starting {command:?}"))?;
@@ -126,7 +123,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn only_programs_with_tests_are_run_and_failures_count() {
+    fn only_programs_with_tests_are_run() {
         let line = |profile: &str, executable: &str| {
             format!(
                 r#"{{"manifest_path":"/a/crates/b/Cargo.toml","target":{{"src_path":"/a/crates/b/tests/c.rs"}},
@@ -138,15 +135,23 @@ mod tests {
         assert!(Program::read(&line("false", "\"/a/target/c\"")).is_none());
         assert!(Program::read(&line("true", "null")).is_none());
         assert!(Program::read("   Compiling b").is_none());
+    }
 
-        let run = |executable: &str| Program {
-            package: "/".into(),
-            source: "tests/c.rs".into(),
-            executable: executable.into(),
+    #[test]
+    fn each_module_is_a_job_and_each_other_program() {
+        let program = |source: &str| Program {
+            package: root().join("crates/b"),
+            source: source.into(),
+            executable: "/a/target/c".into(),
         };
-        let sum = Mutex::new(Tally::default());
-        run_all(vec![run("/bin/true"), run("/bin/false"), run("/bin/true")], WORKERS, &sum).expect("they start");
-        assert_eq!(sum.into_inner().expect("no panic"), Tally { failed: 1, ..Tally::default() });
-        assert!(run_all(vec![run("/no/such/program")], 1, &Mutex::default()).is_err());
+        let tests = names("fog::is_seen: test\nlive_fog::moves: test\nfog::inner::is_kept: test\nslow: benchmark\n");
+        let jobs = |source: &str| program(source).jobs(tests.clone()).into_iter().map(|job| (job.name, job.only));
+        let name = |module: &str| format!("crates/b {module}");
+        let only = |tests: &[&str]| tests.iter().map(|test| (*test).to_owned()).collect::<Vec<_>>();
+        let fog = (name("fog"), only(&["fog::is_seen", "fog::inner::is_kept"]));
+        assert_eq!(Vec::from_iter(jobs("tests/all.rs")), [fog, (name("live_fog"), only(&["live_fog::moves"]))]);
+        assert_eq!(Vec::from_iter(jobs("tests/memory.rs")), [(name("memory"), only(&[]))]);
+        assert_eq!(Vec::from_iter(jobs("src/lib.rs")), [(name("src/lib.rs"), only(&[]))]);
+        assert_eq!(program("src/lib.rs").jobs(tests.clone())[0].count, 3);
     }
 }

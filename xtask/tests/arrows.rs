@@ -146,6 +146,19 @@ fn every_dependency_has_a_permitted_licence() {
     assert!(checked > 100, "{checked} packages");
 }
 
+/// `cargo deny` has its own list of licences.
+#[test]
+fn cargo_deny_permits_the_same_licences() {
+    let text = std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../deny.toml")).expect("deny.toml");
+    let (_, allowed) = text.split_once("allow = [").expect("licences");
+    let (allowed, _) = allowed.split_once(']').expect("their end");
+    let allowed: Vec<&str> = allowed.split(',').map(|name| name.trim().trim_matches('"')).collect();
+    assert_eq!(
+        allowed.iter().filter(|name| !name.is_empty()).collect::<Vec<_>>(),
+        PERMITTED.iter().collect::<Vec<_>>()
+    );
+}
+
 /// Whether an SPDX expression can be satisfied with [`PERMITTED`] alone. A slash is the older way to write OR.
 fn is_permitted(expression: &str) -> bool {
     let expression = expression.replace('/', " OR ").replace('(', " ( ").replace(')', " ) ");

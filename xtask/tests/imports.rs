@@ -1,10 +1,7 @@
 //! Which files of the renderer may import which: what makes a pass a room of its own. `imports/tree.rs` reads them.
 
-#[path = "imports/made_up.rs"]
 mod made_up;
-#[path = "imports/tokens.rs"]
 mod tokens;
-#[path = "imports/tree.rs"]
 mod tree;
 
 use std::collections::BTreeMap;

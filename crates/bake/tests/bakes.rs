@@ -1,9 +1,7 @@
 //! What comes out of bakes: always the same, no light through walls, files that are read again, and errors in place of
 //! nonsense.
 
-mod common;
-
-use common::{add, at, bake, matte, mean, settings};
+use crate::common::{add, at, bake, matte, mean, settings};
 use glam::{Vec2, Vec3};
 use manypass_bake::{BakeError, BakeSettings, Baker, Encoding, Keeper, LayoutSettings, Progress, Stage, Surfaces};
 use manypass_scene::gltf_file::{Parts, load_bytes};

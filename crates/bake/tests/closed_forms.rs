@@ -1,8 +1,6 @@
 //! Light maps against radiosity's closed forms.
 
-mod common;
-
-use common::{add, at, bake, matte, mean, settings, texel};
+use crate::common::{add, at, bake, matte, mean, settings, texel};
 use glam::{Quat, Vec2, Vec3};
 use manypass_bake::{Around, BakeSettings, Baked};
 use manypass_scene::{Light, LightKind, LightMode, Material, Node, Primitive, Scene, primitives};

@@ -1,8 +1,6 @@
 //! Probes against closed forms, in walls, and twice.
 
-mod common;
-
-use common::{add, matte};
+use crate::common::{add, matte};
 use glam::{Quat, Vec3};
 use manypass_bake::{Around, ProbeBaker, ProbeSettings, Surfaces};
 use manypass_scene::probes::{ProbeBasis, ProbeGrid};

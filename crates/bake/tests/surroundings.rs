@@ -1,8 +1,6 @@
 //! Pictures of what is to be seen around places.
 
-mod common;
-
-use common::{add, matte};
+use crate::common::{add, matte};
 use glam::{Quat, Vec3};
 use manypass_bake::{Surfaces, SurroundingsBaker, SurroundingsSettings, picture_file};
 use manypass_scene::environment::equirectangular_direction;

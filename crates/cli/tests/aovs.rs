@@ -1,8 +1,6 @@
 //! Variables and `render.scale`, from the command line to the file.
 
-mod common;
-
-use common::{Folder, has_adapter, run_in, triangle_glb};
+use crate::common::{Folder, has_adapter, run_in, triangle_glb};
 use exr::prelude::{FlatImage, FlatSamples, ReadChannels, ReadLayers, read};
 use std::path::Path;
 

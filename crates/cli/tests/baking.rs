@@ -1,8 +1,6 @@
 //! `manypass bake`, from the command line to the file and its picture.
 
-mod common;
-
-use common::{Folder, Run, has_adapter, run_in};
+use crate::common::{Folder, Run, has_adapter, run_in};
 use manypass_scene::gltf_file::{Parts, load_path};
 use std::process::{Command, Stdio};
 use std::time::Duration;

@@ -1,9 +1,7 @@
 //! Batches and sequences: which files they find, what they call theirs, what they say, and what a killed one leaves.
 
-mod common;
-
-use common::watch::start;
-use common::{Folder, Run, has_adapter, run_in, triangle_glb};
+use crate::common::watch::start;
+use crate::common::{Folder, Run, has_adapter, run_in, triangle_glb};
 use std::path::Path;
 use std::time::{Duration, Instant};
 

@@ -1,8 +1,6 @@
 //! From where pictures are seen: the automatic camera, turntables, scenes.
 
-mod common;
-
-use common::{Folder, Run, has_adapter, run_in, triangle_glb};
+use crate::common::{Folder, Run, has_adapter, run_in, triangle_glb};
 use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 use image::RgbaImage;
 use serde_json::{Value, json};

@@ -1,8 +1,6 @@
 //! `--cameras`: many views of NeRF's and COLMAP's lists in one process.
 
-mod common;
-
-use common::{Folder, Run, has_adapter, run_in, triangle_glb};
+use crate::common::{Folder, Run, has_adapter, run_in, triangle_glb};
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use glam::{DMat4, DVec3};
 use serde_json::{Value, json};

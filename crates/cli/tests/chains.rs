@@ -1,9 +1,7 @@
 //! What is said of chains of effects and of effects that are wrong: where, what was meant, and which exit code. No
 //! adapter is there.
 
-mod common;
-
-use common::{Folder, Run, run_in, triangle_glb};
+use crate::common::{self, Folder, Run, run_in, triangle_glb};
 
 fn folder(name: &str) -> Folder {
     let folder = Folder::new(name);

@@ -1,8 +1,6 @@
 //! Nothing that a call reads is replaced by what it writes, and nothing that it writes by what else it writes.
 
-mod common;
-
-use common::{Folder, has_adapter, run_in, triangle_glb};
+use crate::common::{self, Folder, has_adapter, run_in, triangle_glb};
 use std::path::Path;
 
 const SMALL: [&str; 4] = ["--size", "16x16", "--samples", "1"];

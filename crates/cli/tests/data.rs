@@ -1,8 +1,6 @@
 //! Data that others can use: cameras, names of ids, hashes and ranges, from reports, `info` and headers of files.
 
-mod common;
-
-use common::{Folder, has_adapter, python, run_in, triangle_glb};
+use crate::common::{Folder, has_adapter, python, run_in, triangle_glb};
 use exr::prelude::{AttributeValue, FlatImage, FlatSamples, ReadChannels, ReadLayers, Text, read};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;

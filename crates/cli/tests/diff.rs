@@ -1,8 +1,6 @@
 //! `diff`: numbers of the authors' program, the sheet, and what is refused.
 
-mod common;
-
-use common::{Folder, run_in};
+use crate::common::{Folder, run_in};
 use exr::prelude::write_rgba_file;
 use image::{DynamicImage, ImageFormat, RgbImage, RgbaImage};
 use serde_json::Value;

@@ -1,8 +1,6 @@
 //! `diff` of two models: which part of them changed, where, and what is refused.
 
-mod common;
-
-use common::{Folder, has_adapter, run_in, triangle_glb};
+use crate::common::{Folder, has_adapter, run_in, triangle_glb};
 use serde_json::Value;
 
 const FRAME: [&str; 4] = ["--size", "96x64", "--samples", "4"];

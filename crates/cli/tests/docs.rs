@@ -1,10 +1,8 @@
 //! Commands of the pages are run: as they stand there where they draw nothing, else at a tiny size. Stages and settings
 //! of the pages are drawn, too.
 
-mod common;
-
-use common::stand_ins::{self, room_glb};
-use common::{Folder, has_adapter, run_in, run_with, triangle_glb};
+use crate::common::stand_ins::{self, room_glb};
+use crate::common::{Folder, has_adapter, run_in, run_with, triangle_glb};
 use manypass_testkit::pages::{self, Command, root};
 use std::collections::HashSet;
 

@@ -1,8 +1,6 @@
 //! Python of the pages is run as it stands there, beside the files that commands of its page write.
 
-mod common;
-
-use common::{Folder, has_adapter, python, run_in, triangle_glb};
+use crate::common::{Folder, has_adapter, python, run_in, triangle_glb};
 use manypass_testkit::needs;
 use manypass_testkit::pages::{self, Command as Shown, Snippet};
 use std::path::Path;

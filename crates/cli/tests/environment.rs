@@ -1,8 +1,6 @@
 //! Pictures of the environment: named by flag, setting and stage; turned; refused; and kept from being overwritten.
 
-mod common;
-
-use common::{Folder, has_adapter, run_in, run_with, triangle_glb};
+use crate::common::{Folder, has_adapter, run_in, run_with, triangle_glb};
 
 /// A Radiance file of 4 by 2 texels: `left` in the half whose directions have x below zero, `right` in the other.
 fn picture(left: [u8; 4], right: [u8; 4]) -> Vec<u8> {

@@ -2,9 +2,7 @@
 
 #![allow(clippy::expect_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{Folder, has_adapter, run_in};
+use crate::common::{Folder, has_adapter, run_in};
 use exr::prelude::{FlatImage, FlatSamples, ReadChannels, ReadLayers, read};
 use serde_json::{Value, json};
 use std::fmt::Write as _;

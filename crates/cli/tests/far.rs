@@ -1,8 +1,6 @@
 //! Models at UTM coordinates: they are drawn as at the origin, by every command, whatever they are written in.
 
-mod common;
-
-use common::{Folder, has_adapter, packed_3mf, picture, run_in};
+use crate::common::{self, Folder, has_adapter, packed_3mf, picture, run_in};
 use manypass_testkit::compare::{Picture, difference};
 use manypass_testkit::data_uri;
 use serde_json::{Value, json};

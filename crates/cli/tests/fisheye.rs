@@ -1,8 +1,6 @@
 //! Fisheye pictures as the program draws them.
 
-mod common;
-
-use common::{Folder, has_adapter, run_in, triangle_glb};
+use crate::common::{Folder, has_adapter, run_in, triangle_glb};
 use serde_json::Value;
 
 const FISHEYE: &str = "render tri.glb --size 96x64 --eye 0,0,3 --target 0,0,0 --background transparent \

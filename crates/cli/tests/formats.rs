@@ -1,8 +1,6 @@
 //! OBJ, STL, PLY and 3MF beside glTF: one body, one picture; and every place where a model can be named.
 
-mod common;
-
-use common::{Folder, has_adapter, packed_3mf, picture, run_in, run_with_input};
+use crate::common::{Folder, has_adapter, packed_3mf, picture, run_in, run_with_input};
 use manypass_scene::{Primitive, primitives};
 use manypass_testkit::compare::{Picture, Tolerance, assert_looks_same, assert_same, difference, flip};
 use std::fmt::Write as _;

@@ -1,8 +1,6 @@
 //! Depth of field and motion blur by the samples of a still, as the program draws them.
 
-mod common;
-
-use common::{Folder, Run, has_adapter, run_in, triangle_glb};
+use crate::common::{Folder, Run, has_adapter, run_in, triangle_glb};
 use image::RgbaImage;
 
 /// 16 pixels a metre, and a triangle 2 m wide that moves by 2 m in a second.

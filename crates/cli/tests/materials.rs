@@ -1,8 +1,6 @@
 //! Materials on the command line: variants, and what reports and `info` say of layers.
 
-mod common;
-
-use common::{Folder, has_adapter, run_in};
+use crate::common::{self, Folder, has_adapter, run_in};
 
 /// A triangle, red; blue with a clear coat in the variant `wet`.
 const VARIANTS: &str = r#"{

@@ -7,10 +7,8 @@
 //! four move it, which is warned of. `crates/render/tests/shadow_leaks.rs` looks into the box of
 //! `sun_leaks_into_closed_two_sided_box.glb`.
 
-mod common;
-
-use common::watch::watch;
-use common::{Folder, has_adapter, run_in};
+use crate::common::watch::watch;
+use crate::common::{Folder, has_adapter, run_in};
 use exr::prelude::{FlatImage, FlatSamples, ReadChannels, ReadLayers, read};
 use manypass_testkit::needs::assets;
 use std::path::Path;

@@ -1,9 +1,7 @@
 //! Older names of stages, settings and built-in scenes: they draw the same as the names of today, and are told of once,
 //! as a hint that `--strict` does not refuse.
 
-mod common;
-
-use common::{Folder, has_adapter, run_in, triangle_glb};
+use crate::common::{Folder, has_adapter, run_in, triangle_glb};
 use manypass_scene::renamed::{NameKind, RENAMED, Renamed};
 
 const SMALL: [&str; 8] = ["--size", "32x32", "--samples", "1", "--orbit", "0,0,4", "--target", "0,0,0"];

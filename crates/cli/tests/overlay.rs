@@ -1,8 +1,6 @@
 //! What a stage draws over its pictures: text at named pixels, in stills, sequences and linear files, and what is wrong.
 
-mod common;
-
-use common::{Folder, has_adapter, run_in, triangle_glb};
+use crate::common::{Folder, has_adapter, run_in, triangle_glb};
 
 /// Black, and a letter of 32 pixels at (4, 0): its pixels are those of `crates/render/tests/overlay.rs`.
 const LETTER: &str = "model = \"m.glb\"\n[settings.background]\nsource = \"000000\"\n[settings.environment]\nsource = \"none\"\n\

@@ -1,8 +1,6 @@
 //! Pictures, from the command line to the file.
 
-mod common;
-
-use common::{Folder, Run, has_adapter, run_in, run_with_input, triangle_glb};
+use crate::common::{Folder, Run, has_adapter, run_in, run_with_input, triangle_glb};
 use image::RgbaImage;
 use std::path::Path;
 

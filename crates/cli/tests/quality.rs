@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{Folder, run_in};
+use crate::common::{Folder, run_in};
 use serde_json::Value;
 
 fn live(folder: &Folder, more: &[&str]) -> Value {

@@ -1,9 +1,7 @@
 //! Settings of the frame and of effects: what `settings` lists, what `--set` and `--settings` take, and errors that
 //! keep their places and lines.
 
-mod common;
-
-use common::{Folder, has_adapter, run_in, triangle_glb};
+use crate::common::{self, Folder, has_adapter, run_in, triangle_glb};
 
 const LINES: &str = "//! effect lines
 //! reads: radiance

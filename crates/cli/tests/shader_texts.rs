@@ -1,8 +1,6 @@
 //! The composed texts of shaders go to the folder that the environment names.
 
-mod common;
-
-use common::{Folder, has_adapter, run_with, triangle_glb};
+use crate::common::{Folder, has_adapter, run_with, triangle_glb};
 
 #[test]
 fn composed_texts_are_written_to_the_folder_that_is_named() {

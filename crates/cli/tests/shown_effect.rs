@@ -1,8 +1,6 @@
 //! The effect that docs/commands.md shows works as it stands there.
 
-mod common;
-
-use common::{Folder, has_adapter, run_in, triangle_glb};
+use crate::common::{Folder, has_adapter, run_in, triangle_glb};
 
 const PAGE: &str = include_str!("../../../docs/commands.md");
 

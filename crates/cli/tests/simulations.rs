@@ -1,8 +1,6 @@
 //! Simulations and particles, from the command line to the file.
 
-mod common;
-
-use common::{Folder, Run, has_adapter, run_in};
+use crate::common::{Folder, Run, has_adapter, run_in};
 
 const SMALL: [&str; 5] = ["--size", "64x36", "--samples", "1", "--no-cache"];
 

@@ -1,9 +1,7 @@
 //! Stages as inputs: what they change, what they stand for, what is wrong with them, and what is kept from being
 //! overwritten.
 
-mod common;
-
-use common::{Folder, Run, has_adapter, run_in, run_with_input, triangle_glb};
+use crate::common::{Folder, Run, has_adapter, run_in, run_with_input, triangle_glb};
 
 /// A light before the triangle, and settings.
 const LIT: &str = "model = \"m.glb\"\n[environment]\ncolor = \"000000\"\n[settings.exposure]\nstops = 0\n\

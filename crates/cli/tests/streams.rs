@@ -1,8 +1,6 @@
 //! All pictures of a call in one stream: video, arrays and archives hold what files of their own hold.
 
-mod common;
-
-use common::{Folder, Run, has_adapter, run_in, triangle_glb};
+use crate::common::{Folder, Run, has_adapter, run_in, triangle_glb};
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 
@@ -197,7 +195,7 @@ fn what_a_stream_cannot_hold_is_wrong_usage() {
 #[cfg(unix)]
 #[test]
 fn a_reader_that_closes_and_an_interrupt_leave_nothing() {
-    use common::watch::{start, wait};
+    use crate::common::watch::{start, wait};
     use std::time::{Duration, Instant};
     if !has_adapter() {
         return;

@@ -1,8 +1,6 @@
 //! What the program refuses, without a GPU: exit codes and messages.
 
-mod common;
-
-use common::{Folder, run_in, triangle_glb};
+use crate::common::{self, Folder, run_in, triangle_glb};
 
 #[test]
 fn wrong_usage_ends_with_2_and_says_what_is_wrong() {

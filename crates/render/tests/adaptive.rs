@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, renderer};
+use crate::common::{plain_request, renderer};
 use manypass::{Averaging, FrameRequest, LightCulling, Path, Renderer};
 use manypass_scene::Scene;
 use manypass_testkit::scenes;

@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{floats, ids, inner_pixels, plain_request, renderer};
+use crate::common::{floats, ids, inner_pixels, plain_request, renderer};
 use glam::{DVec2, DVec3, Mat4, Quat, Vec3, Vec4};
 use manypass::{Aov, Averaging, Exposure, FrameRequest, Path, Pose, Renderer, View, WgslEffect};
 use manypass_scene::material::Mapped;

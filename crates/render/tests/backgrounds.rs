@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::renderer;
+use crate::common::renderer;
 use glam::{Mat4, Quat, Vec3};
 use manypass::scene::primitives::{cube, torus};
 use manypass::scene::{AlphaMode, Material, Mesh, Node, Primitive, Projection, Scene};

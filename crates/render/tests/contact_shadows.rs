@@ -3,10 +3,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::shadows::{SIZE, SPOT, light, perspective, radiance, shared, surfaces, unshadowed, world_of};
-use common::{floats, inner_pixels};
+use crate::common;
+use crate::common::shadows::{SIZE, SPOT, light, perspective, radiance, shared, surfaces, unshadowed, world_of};
+use crate::common::{floats, inner_pixels};
 use glam::{DVec3, Quat, Vec3};
 use manypass::{Aov, Averaging, FrameRequest, LightCulling, Path, Renderer};
 use manypass_scene::{

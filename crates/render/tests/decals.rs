@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{floats, plain_request, renderer};
+use crate::common::{floats, plain_request, renderer};
 use glam::{Mat4, Vec2, Vec3};
 use manypass::gpu::Floor;
 use manypass::{Aov, FrameRequest, Gpu, Path, Renderer, View};

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{built_in_with as with, plain_request, renderer};
+use crate::common::{built_in_with as with, plain_request, renderer};
 use glam::{Quat, Vec3};
 use manypass::Effect;
 use manypass_scene::{Material, Node, Projection, Scene, ShadingModel, primitives};

@@ -2,17 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-#[path = "effect_chain/conditions.rs"]
 mod conditions;
-#[path = "effect_chain/fallbacks.rs"]
 mod fallbacks;
-#[path = "effect_chain/messages.rs"]
 mod messages;
-#[path = "effect_chain/tables.rs"]
 mod tables;
 
-use common::{plain_request, renderer};
+use crate::common::{self, plain_request, renderer};
 use manypass::{Effect, FrameRequest, Renderer, WgslEffect};
 use manypass_scene::Scene;
 use manypass_testkit::scenes;

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{built_in, plain_request, renderer};
+use crate::common::{built_in, plain_request, renderer};
 use manypass::graph::{ColorLoad, DepthLoad, Graph, Handle, Limits, TextureDesc};
 use manypass::settings::{Scalar, SettingType};
 use manypass::shader::ProgramError;

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{built_in_with as with, renderer};
+use crate::common::{self, built_in_with as with, renderer};
 use glam::Vec3;
 use manypass::scene::primitives::{cube, plane};
 use manypass::scene::{Material, Mesh, Node, Primitive, Projection, Scene, ShadingModel};

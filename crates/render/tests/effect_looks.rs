@@ -2,10 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::flat::flat_scene;
-use common::{built_in_with, plain_request, renderer};
+use crate::common::flat::flat_scene;
+use crate::common::{built_in_with, plain_request, renderer};
 use manypass::{Effect, FrameRequest, Renderer, WgslEffect};
 use manypass_scene::Scene;
 use std::sync::Arc;

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, renderer, sample, sample_names, sample_with};
+use crate::common::{self, plain_request, renderer, sample, sample_names, sample_with};
 use manypass::gpu::Floor;
 use manypass::{Effect, Gpu, Renderer, WgslEffect};
 use manypass_testkit::scenes;

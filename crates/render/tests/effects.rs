@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
+use crate::common;
 use manypass::{Background, FrameRequest, Path, Renderer, Target, WgslEffect};
 use manypass_testkit::compare::Picture;
 use manypass_testkit::scenes;

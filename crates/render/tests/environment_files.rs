@@ -2,10 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::renderer;
-use common::skies::{Surroundings, radiance, request, room, scene};
+use crate::common::renderer;
+use crate::common::skies::{Surroundings, radiance, request, room, scene};
 use glam::{DVec3, Quat, Vec3};
 use manypass::{FrameRequest, Ground, Path, Renderer};
 use manypass_scene::environment::BrdfTable;

@@ -3,10 +3,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::skies::{SIDE, Surroundings, maps, place, radiance, request, scene, turns};
-use common::{inner_pixels, plain_request, renderer};
+use crate::common;
+use crate::common::skies::{SIDE, Surroundings, maps, place, radiance, request, scene, turns};
+use crate::common::{inner_pixels, plain_request, renderer};
 use glam::{DVec3, Mat4, Quat, Vec3, Vec4};
 use manypass::{Background, Environment};
 use manypass_scene::environment::equirectangular_direction;

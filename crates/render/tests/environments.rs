@@ -3,10 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::renderer;
-use common::skies::{SIDE, Surroundings, place, radiance, request, room, scene};
+use crate::common::renderer;
+use crate::common::skies::{SIDE, Surroundings, place, radiance, request, room, scene};
 use glam::{DVec3, Mat4, Quat, Vec3};
 use manypass::gpu::Gpu;
 use manypass::{Background, Environment, Exposure, FrameRequest, LightCulling, Path, Renderer, Settings, Tonemap};

@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{framed, ids, skies};
+use crate::common::{self, framed, ids, skies};
 use glam::Vec3;
 use manypass::{Aov, FrameRequest};
 use manypass_scene::{Aabb, formats};

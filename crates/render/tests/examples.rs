@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
+use crate::common;
 use manypass::{FrameRequest, scene};
 use manypass_testkit::compare::{Picture, difference};
 use std::path::{Path, PathBuf};
@@ -22,7 +21,7 @@ fn example(name: &str) -> PathBuf {
     let example = deps.parent().and_then(Path::parent).unwrap().join("examples").join(file);
     assert!(
         example.exists(),
-        "{} is not built; `cargo test -p manypass` builds it, `--test examples` does not",
+        "{} is not built; `cargo test -p manypass` builds it, `--test all` does not",
         example.display()
     );
     example

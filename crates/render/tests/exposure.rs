@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, renderer};
+use crate::common::{plain_request, renderer};
 use glam::Vec3;
 use manypass::exposure::{MID_GREY, picture_level_stops};
 use manypass::scene::primitives::cube;

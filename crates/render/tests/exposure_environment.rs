@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::renderer;
+use crate::common::renderer;
 use glam::{Mat4, Vec3};
 use manypass::exposure::{MID_GREY, picture_level_stops};
 use manypass::{Environment, Exposure, FrameRequest, Metering, Renderer, View};

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{floats, plain_request, renderer};
+use crate::common::{floats, plain_request, renderer};
 use glam::{Quat, Vec3};
 use manypass::{Aov, Averaging, Gpu, Renderer};
 use manypass_scene::material::{Clearcoat, Mapped};

@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::renderer;
+use crate::common::renderer;
 use glam::{DVec3, Mat4, Vec3, Vec4};
 use manypass::scene::primitives::cube;
 use manypass::scene::{AlphaMode, Material, Mesh, Node, Projection, Scene, ShadingModel};

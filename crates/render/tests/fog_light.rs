@@ -5,9 +5,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, renderer};
+use crate::common::{plain_request, renderer};
 use glam::{DVec3, Vec3, Vec4};
 use manypass::{FogMode, FrameRequest, LightCulling, Path, Renderer};
 use manypass_scene::{AlphaMode, Light, LightKind, Material, Projection, Scene, ShadingModel, primitives};

@@ -1,7 +1,6 @@
 //! The frame graph on a device: what it keeps from frame to frame, and what it gives back.
 
-mod common;
-
+use crate::common;
 use glam::Vec3;
 use manypass::gpu::Floor;
 use manypass::graph::{

@@ -3,10 +3,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::ground::{product_shot, scene_of};
-use common::renderer;
+use crate::common;
+use crate::common::ground::{product_shot, scene_of};
+use crate::common::renderer;
 use glam::{Mat4, Quat, Vec3};
 use manypass::{
     Background, EffectFile, Environment, Exposure, FrameRequest, Ground, Path, PixelSamples, RenderError, Renderer,

@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, radiance};
+use crate::common::{plain_request, radiance};
 use manypass::{Background, Environment, Path};
 use manypass_testkit::raycast::{Frame, Options};
 use manypass_testkit::scenes::{self, FURNACE_ROUGHNESS};

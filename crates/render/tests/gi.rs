@@ -5,10 +5,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::shadows::{light, perspective, radiance, shared};
-use common::{floats, plain_request};
+use crate::common::shadows::{light, perspective, radiance, shared};
+use crate::common::{floats, plain_request};
 use glam::{Quat, Vec3};
 use manypass::{Aov, Environment, FrameRequest, Path, Renderer, Resolution};
 use manypass_scene::{LightKind, Material, Node, Scene, ShadingModel, primitives};

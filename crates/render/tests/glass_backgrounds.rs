@@ -4,9 +4,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::renderer;
+use crate::common::renderer;
 use glam::{Mat4, Vec3};
 use manypass::scene::material::{DiffuseTransmission, Mapped, Specular, Volume};
 use manypass::scene::primitives::cube;

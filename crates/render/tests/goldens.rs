@@ -3,10 +3,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-#[path = "goldens/subjects.rs"]
 mod subjects;
 
+use crate::common;
 use manypass::{Adaptation, Effect, EffectFile, FrameRequest, Renderer, WgslEffect};
 use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, difference};
 use std::path::{Path, PathBuf};

@@ -2,10 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "tests panic where they expect something")]
 
-mod common;
-
-use common::ground::{encoded, linear, product_shot, scene_of};
-use common::renderer;
+use crate::common::ground::{encoded, linear, product_shot, scene_of};
+use crate::common::renderer;
 use glam::{Mat4, Quat, Vec2, Vec3};
 use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Ground, Path, Renderer, Tonemap, View};
 use manypass_scene::material::Specular;

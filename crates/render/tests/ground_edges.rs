@@ -4,10 +4,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::renderer;
-use common::shadows::light;
+use crate::common::renderer;
+use crate::common::shadows::light;
 use glam::{Mat4, Quat, Vec3, Vec4};
 use manypass::{Averaging, Background, Environment, FrameRequest, Ground, Tonemap, View};
 use manypass_scene::material::Specular;

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "tests panic where they expect something")]
 
-mod common;
-
-use common::renderer;
+use crate::common::renderer;
 use glam::Vec3;
 use manypass::{Background, Environment, Exposure, FrameRequest, Ground, Renderer};
 use manypass_scene::{Light, Material, Mesh, Node, Scene, primitives};

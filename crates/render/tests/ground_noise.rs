@@ -2,10 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "tests panic where they expect something")]
 
-mod common;
-
-use common::ground::{encoded, product_shot, scene_of};
-use common::renderer;
+use crate::common::ground::{encoded, product_shot, scene_of};
+use crate::common::renderer;
 use glam::Vec3;
 use manypass::{Averaging, Background, FrameRequest, Ground, Renderer};
 use manypass_scene::{Scene, primitives};

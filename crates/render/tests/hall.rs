@@ -4,9 +4,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{inner_pixels, plain_request, renderer};
+use crate::common::{inner_pixels, plain_request, renderer};
 use manypass::{FrameRequest, Path};
 use manypass_testkit::compare::linear_difference;
 use manypass_testkit::radiance_file::RadiancePicture;

@@ -4,9 +4,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{ids, renderer, sample_models};
+use crate::common::{ids, renderer, sample_models};
 use glam::{Mat4, Quat, Vec2, Vec3};
 use manypass::{Aov, Background, Environment, FrameRequest, Renderer, Tonemap, View};
 use manypass_scene::{NodeId, Projection, Scene, gltf_file};

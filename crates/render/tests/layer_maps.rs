@@ -3,9 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::files::{File, SIDE_PX, keep, picture};
+use crate::common;
+use crate::common::files::{File, SIDE_PX, keep, picture};
 use glam::{Mat4, Vec3};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use manypass::View;

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, radiance, renderer};
+use crate::common::{plain_request, radiance, renderer};
 use glam::{Vec3, Vec4};
 use manypass::gpu::Floor;
 use manypass::{Background, Environment, FrameRequest, Gpu, Path, Renderer};

@@ -3,10 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::plain_request;
-use common::shadows::{perspective, radiance, shared};
+use crate::common::plain_request;
+use crate::common::shadows::{perspective, radiance, shared};
 use glam::{Quat, Vec3};
 use manypass::{Averaging, Environment, FrameRequest, Path, Renderer, Resolution, Settings};
 use manypass_scene::material::{Clearcoat, Mapped, Sheen, Specular};

@@ -3,10 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::levels::{SIDE, distance_m, lit, outline_distance_m, picture, put, request};
-use common::{floats, ids, renderer};
+use crate::common::levels::{SIDE, distance_m, lit, outline_distance_m, picture, put, request};
+use crate::common::{floats, ids, renderer};
 use glam::{Mat4, Quat, Vec3};
 use manypass::{Aov, FrameRequest, Path, Renderer, View};
 use manypass_scene::{Aabb, Levels, Mesh, Node, NodeId, Primitive, Projection, Scene, primitives};

@@ -5,10 +5,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::shadows::{light, perspective};
-use common::{plain_request, renderer};
+use crate::common::shadows::{light, perspective};
+use crate::common::{plain_request, renderer};
 use glam::{Quat, Vec3};
 use manypass::{Averaging, Background, FogMode, FrameRequest, Path, Renderer};
 use manypass_scene::{AlphaMode, Light, LightKind, Material, Node, Scene, primitives};

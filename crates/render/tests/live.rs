@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{floats, plain_request, renderer};
+use crate::common::{floats, plain_request, renderer};
 use glam::{Mat4, Quat, Vec3, Vec4};
 use manypass::graph::{PlannedAttachment, Target};
 use manypass::{Aov, Averaging, Environment, FrameRequest, Ground, Path, Renderer};

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{half_float_renderer, matte_white as white, plain_request, renderer};
+use crate::common::{self, half_float_renderer, matte_white as white, plain_request, renderer};
 use glam::{Mat4, Quat, Vec3, Vec4};
 use manypass::{Environment, FrameRequest, Path, Renderer, View};
 use manypass_scene::framing::look_along;

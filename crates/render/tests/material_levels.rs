@@ -2,10 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::levels::{SIDE, distance_m, lit, picture, put, request};
-use common::renderer;
+use crate::common::levels::{SIDE, distance_m, lit, picture, put, request};
+use crate::common::renderer;
 use glam::{Vec3, Vec4};
 use manypass::{FrameRequest, Path, View};
 use manypass_scene::material::{Anisotropy, Clearcoat, HeightMap, HeightMethod, Iridescence, Sheen, Specular};

@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{floats, framed, ids};
+use crate::common::{self, floats, framed, ids};
 use glam::Vec3;
 use manypass::{Aov, Environment, FrameRequest, LightCulling, Pose, Renderer, Tonemap};
 use manypass_scene::{Aabb, Light, LightKind, Node, Scene, gltf_file};

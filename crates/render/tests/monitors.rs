@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, renderer};
+use crate::common::{self, plain_request, renderer};
 use glam::{Mat4, Quat, Vec2, Vec3};
 use manypass::{Background, FrameRequest, Path, RenderError, Renderer, View};
 use manypass_scene::capture::{CaptureOptions, Monitor, MonitorCamera, Update};

@@ -4,10 +4,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::shadows::{perspective, radiance, shared};
-use common::{floats, plain_request};
+use crate::common::shadows::{perspective, radiance, shared};
+use crate::common::{floats, plain_request};
 use glam::{Quat, Vec3};
 use image::{GrayImage, ImageFormat, Luma};
 use manypass::{

@@ -3,10 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::shadows::{light, perspective};
-use common::{built_in_with, plain_request, renderer};
+use crate::common::shadows::{light, perspective};
+use crate::common::{built_in_with, plain_request, renderer};
 use glam::Vec3;
 use manypass::{Averaging, Environment, FrameRequest, Path, Renderer};
 use manypass_scene::{Light, LightKind, Material, Node, Scene, primitives};

@@ -5,10 +5,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::plain_request;
-use common::shadows::{light, perspective, radiance, shared};
+use crate::common::plain_request;
+use crate::common::shadows::{light, perspective, radiance, shared};
 use glam::{DVec3, Quat, Vec3};
 use manypass::{Environment, FrameRequest, OcclusionMethod, Path, PixelSamples, Renderer, Resolution, View};
 use manypass_scene::material::{HeightMap, HeightMethod};

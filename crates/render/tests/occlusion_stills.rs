@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{framed, plain_request, renderer};
+use crate::common::{framed, plain_request, renderer};
 use glam::{Quat, Vec3};
 use manypass::{Averaging, Background, Environment, FrameRequest, Renderer};
 use manypass_scene::{Aabb, Node, Projection, Scene, primitives};

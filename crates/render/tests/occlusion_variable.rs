@@ -2,10 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::shadows::perspective;
-use common::{floats, plain_request, renderer};
+use crate::common::shadows::perspective;
+use crate::common::{floats, plain_request, renderer};
 use glam::{Quat, Vec3};
 use manypass::{Aov, Environment, FrameRequest, PassPicture, Path, Resolution, Switch};
 use manypass_scene::{Material, Node, Scene, primitives};

@@ -2,8 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
+use crate::common;
 use glam::{Mat4, Vec2, Vec3};
 use manypass::scene::overlay::{
     Anchor, LinePoints, Overlay, OverlayItem, OverlayLine, OverlayPlace, OverlayShape, OverlaySprite, OverlayText,

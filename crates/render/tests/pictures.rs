@@ -4,9 +4,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{floats, inner_pixels, plain_request, renderer};
+use crate::common::{floats, inner_pixels, plain_request, renderer};
 use manypass::{Aov, FrameRequest, LightCulling, Path, Renderer};
 use manypass_scene::Scene;
 use manypass_testkit::compare::{Picture, Tolerance, assert_rejects_mutations, assert_same, linear_difference};

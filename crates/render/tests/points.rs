@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{floats, ids, plain_request, renderer};
+use crate::common::{floats, ids, plain_request, renderer};
 use glam::{Mat4, Quat, Vec3};
 use manypass::{Aov, Averaging, FrameRequest, Path, Pose, Renderer, View};
 use manypass_scene::{Camera, Material, Mesh, MorphTarget, Node, Primitive, Projection, Scene, ShadingModel, Topology};

@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, renderer};
+use crate::common::{plain_request, renderer};
 use glam::{Mat4, Quat, Vec3};
 use manypass::{FrameRequest, Path, Renderer};
 use manypass_scene::framing::look_along;

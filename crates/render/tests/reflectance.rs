@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, renderer};
+use crate::common::{plain_request, renderer};
 use manypass::{Path, ReflectanceModel};
 use manypass_testkit::scenes;
 use std::f64::consts::{FRAC_PI_2, PI};

@@ -3,11 +3,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::plain_request;
-use common::reflected::{Lobe, glowing, load, metal, pixel_of, places, without};
-use common::shadows::{perspective, radiance, shared};
+use crate::common::plain_request;
+use crate::common::reflected::{Lobe, glowing, load, metal, pixel_of, places, without};
+use crate::common::shadows::{perspective, radiance, shared};
 use glam::{Mat4, Quat, Vec3};
 use manypass::{Background, Environment, FogMode, FrameRequest, Path, PixelSamples, Renderer, Resolution};
 use manypass_scene::{Material, Node, Projection, Scene, primitives};

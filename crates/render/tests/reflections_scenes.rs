@@ -11,11 +11,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::reflected::{Lobe, bulb, glowing, load, metal, pixel_of, places, without};
-use common::shadows::{perspective, radiance, shared, world_of};
-use common::{look, plain_request};
+use crate::common::reflected::{Lobe, bulb, glowing, load, metal, pixel_of, places, without};
+use crate::common::shadows::{perspective, radiance, shared, world_of};
+use crate::common::{look, plain_request};
 use glam::{DVec2, Quat, Vec3};
 use manypass::{Environment, View};
 use manypass_scene::{Material, Node, Primitive, primitives};

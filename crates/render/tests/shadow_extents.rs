@@ -5,10 +5,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::shadows::{SIZE, light, radiance, request, shared, shares, surfaces, world_of};
-use common::{inner_pixels, plain_request};
+use crate::common::shadows::{SIZE, light, radiance, request, shared, shares, surfaces, world_of};
+use crate::common::{inner_pixels, plain_request};
 use glam::{Quat, Vec3};
 use manypass::{Environment, FogMode, Resolution, Settings};
 use manypass_scene::decal::{Decal, DecalLook};

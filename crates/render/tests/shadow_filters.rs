@@ -4,10 +4,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::reflected::{load, pixel_of};
-use common::shadows::{SIZE, SPOT, light, perspective, radiance, request, shared, shares, unshadowed, world_of};
+use crate::common::reflected::{load, pixel_of};
+use crate::common::shadows::{SIZE, SPOT, light, perspective, radiance, request, shared, shares, unshadowed, world_of};
 use glam::{DVec3, Vec3, Vec4};
 use manypass::{FrameRequest, ShadowFilter, View};
 use manypass_scene::{AlphaMode, Light, LightKind, Material, Scene, primitives};

@@ -4,10 +4,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::shadows::{light, perspective, radiance, request, shared, shares, surfaces, unshadowed, world_of};
-use common::{inner_pixels, matte_white, plain_request};
+use crate::common::shadows::{light, perspective, radiance, request, shared, shares, surfaces, unshadowed, world_of};
+use crate::common::{inner_pixels, matte_white, plain_request};
 use glam::{Quat, Vec3};
 use manypass::FrameRequest;
 use manypass_scene::{LightKind, Material, Node, Projection, Scene, primitives};

@@ -4,10 +4,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::shadows::{light, radiance, shared, shares, unshadowed};
-use common::{matte_white, plain_request};
+use crate::common::shadows::{light, radiance, shared, shares, unshadowed};
+use crate::common::{matte_white, plain_request};
 use glam::{DVec3, Vec3};
 use manypass::{FrameRequest, Path};
 use manypass_scene::{LightKind, Projection, Scene, primitives};

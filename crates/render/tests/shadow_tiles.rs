@@ -4,10 +4,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::renderer;
-use common::shadows::{SIZE, SPOT, light, perspective, radiance, request, shared, shares};
+use crate::common::shadows::{SIZE, SPOT, light, perspective, radiance, request, shared, shares};
+use crate::common::{self, renderer};
 use glam::{Quat, Vec3};
 use manypass::{FrameRequest, FrameStats, Renderer, View};
 use manypass_scene::{Light, LightKind, Node, NodeId, Projection, Scene, primitives};

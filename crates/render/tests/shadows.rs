@@ -4,10 +4,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::inner_pixels;
-use common::shadows::{
+use crate::common::inner_pixels;
+use crate::common::shadows::{
     ATLAS_PX, SIZE, SPOT, light, perspective, radiance, request, shared, shares, surfaces, unshadowed, world_of,
 };
 use glam::{DVec3, Quat, Vec3};

@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::renderer;
+use crate::common::renderer;
 use manypass::{Renderer, SimulationProgress};
 use manypass_scene::Scene;
 use manypass_scene::simulation::Simulation;

@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, renderer};
+use crate::common::{plain_request, renderer};
 use glam::{Vec2, Vec3};
 use manypass::{Renderer, SimulationFile};
 use manypass_scene::framing::look_along;

@@ -4,9 +4,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, renderer};
+use crate::common::{plain_request, renderer};
 use glam::{Mat4, Vec3};
 use manypass::{FrameRequest, FrameStats, LightCulling, Path, Renderer};
 use manypass_scene::{Light, LightKind, Projection, Scene, primitives};

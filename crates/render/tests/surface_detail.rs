@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{look, plain_request, radiance};
+use crate::common::{look, plain_request, radiance};
 use glam::{Vec2, Vec3, Vec4};
 use image::{ImageBuffer, ImageFormat, Luma, Rgba};
 use manypass::{Environment, FrameRequest, Path};

@@ -4,11 +4,9 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::plain_request;
-use common::reflected::{bulb, metal};
-use common::shadows::{perspective, radiance, shared};
+use crate::common::plain_request;
+use crate::common::reflected::{bulb, metal};
+use crate::common::shadows::{perspective, radiance, shared};
 use glam::Vec3;
 use manypass::{Environment, FrameRequest, OcclusionMethod, Path, Resolution};
 use manypass_scene::{Node, Scene, primitives};

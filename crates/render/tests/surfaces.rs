@@ -2,9 +2,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{floats, ids, plain_request, renderer};
+use crate::common::{floats, ids, plain_request, renderer};
 use glam::{Mat4, Quat, Vec3};
 use manypass::{Aov, Environment, FrameRequest, Path, Renderer};
 use manypass_scene::{

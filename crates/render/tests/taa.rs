@@ -3,13 +3,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::flat::{
+use crate::common::flat::{
     bar, bars, begin, body_before_wall, difference, fence, flat, flat_scene, ghost, live, picture, squared, still,
 };
-use common::renderer;
-use common::shadows::shared;
+use crate::common::renderer;
+use crate::common::shadows::shared;
 use glam::{Quat, Vec3};
 use manypass::{FrameRequest, Path, Renderer};
 use manypass_scene::{

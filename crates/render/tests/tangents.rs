@@ -3,9 +3,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::files::{File, keep, picture};
+use crate::common;
+use crate::common::files::{File, keep, picture};
 use glam::{Mat2, Mat4, Vec2, Vec3};
 use image::{ExtendedColorType, ImageEncoder, codecs::png::PngEncoder};
 use manypass::View;

@@ -2,10 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::flat::flat_scene;
-use common::{plain_request, renderer};
+use crate::common::flat::flat_scene;
+use crate::common::{plain_request, renderer};
 use manypass::{FrameRequest, Renderer, Tonemap, WgslEffect};
 use std::sync::Arc;
 

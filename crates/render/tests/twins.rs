@@ -2,9 +2,8 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::files::{File, assert_twins};
+use crate::common;
+use crate::common::files::{File, assert_twins};
 use image::codecs::{png::PngEncoder, webp::WebPEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 use manypass_scene::{Image, ImageSource, Scene};

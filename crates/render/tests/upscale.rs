@@ -3,13 +3,11 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::flat::{
+use crate::common::flat::{
     SIZE, bar, begin, body_before_wall, difference, fence, flat, flat_scene, ghost, live, picture, still, still_of,
 };
-use common::plain_request;
-use common::shadows::shared;
+use crate::common::plain_request;
+use crate::common::shadows::shared;
 use glam::{Quat, Vec3};
 use manypass::{Averaging, EffectFile, FrameRequest, Path, Renderer, Settings, UpscaleMethod, WgslEffect};
 use manypass_scene::{Node, Scene};

@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{floats, inner_pixels, plain_request, renderer};
+use crate::common::{floats, inner_pixels, plain_request, renderer};
 use glam::{Mat4, Quat, Vec3};
 use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Path, RenderError, Renderer, View, WgslEffect};
 use manypass_scene::capture::{Mirror, Monitor, MonitorCamera};

@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{matte_white, plain_request, renderer};
+use crate::common::{matte_white, plain_request, renderer};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use manypass::{Environment, FrameRequest, Path, Renderer, View};
 use manypass_scene::framing::look_along;

@@ -3,9 +3,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 
-mod common;
-
-use common::{plain_request, renderer};
+use crate::common::{plain_request, renderer};
 use glam::{Mat4, Quat, Vec3};
 use manypass::{FogMode, FrameRequest, LightCulling, PairCounts, Path, Renderer};
 use manypass_scene::{AlphaMode, LightKind, Projection, Scene};

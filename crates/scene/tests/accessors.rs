@@ -1,8 +1,6 @@
 //! Accessors of any type, stride, offset and count against a reader that is as simple as can be.
 
-mod common;
-
-use common::{F32, I8, I16, Model, U8, U16};
+use crate::common::{F32, I8, I16, Model, U8, U16};
 use manypass_scene::Primitive;
 use proptest::prelude::*;
 use serde_json::json;

@@ -1,9 +1,7 @@
 //! `KHR_animation_pointer`: every kind of property, at known times; and pointers to what nothing can animate.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-mod common;
-
-use common::{F32, Model, U8, floats};
+use crate::common::{F32, Model, U8, floats};
 use glam::{Quat, Vec2, Vec3, Vec4};
 use manypass_scene::{AlphaMode, LightKind, Projection, Scene};
 use serde_json::{Value, json};

@@ -1,9 +1,7 @@
 //! What the picture does not need is never a reason to refuse a glTF file: a default is taken, and one warning counts it.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-mod common;
-
-use common::{F32, Model, U16, floats, integers, push};
+use crate::common::{F32, Model, U16, floats, integers, push};
 use manypass_scene::{AlphaMode, Interpolation, Keyframes, Projection, Sampler, load_bytes};
 use serde_json::{Value, json};
 

@@ -1,9 +1,7 @@
 //! `EXT_mesh_gpu_instancing`: every instance is where the product of its node's matrix and its own places it.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-mod common;
-
-use common::{F32, I16, Model, floats, integers, push};
+use crate::common::{F32, I16, Model, floats, integers, push};
 use glam::{Mat4, Quat, Vec3};
 use manypass_scene::{Scene, load_path};
 use manypass_testkit::needs::assets;

@@ -1,9 +1,7 @@
 //! Meshes with known answers: modes, indices, component types, sparse accessors, skins and morph targets.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-mod common;
-
-use common::{F32, I8, I16, Model, U8, U16, U32, floats, integers};
+use crate::common::{F32, I8, I16, Model, U8, U16, U32, floats, integers};
 use manypass_scene::{Primitive, Topology, load_bytes};
 use manypass_testkit::data_uri;
 use serde_json::{Value, json};

@@ -1,9 +1,7 @@
 //! Animations, skins, cameras and lights with known answers.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-mod common;
-
-use common::{F32, I8, I16, Model, U8, U16, floats, integers};
+use crate::common::{F32, I8, I16, Model, U8, U16, floats, integers};
 use glam::{Quat, Vec3, vec3};
 use manypass_scene::{Interpolation, LightKind, Node, Projection};
 use serde_json::{Value, json};

@@ -1,9 +1,7 @@
 //! Images, textures and materials with known answers.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-mod common;
-
-use common::{Model, push};
+use crate::common::{Model, push};
 use image::{ColorType, DynamicImage, ImageBuffer, ImageFormat, Luma, LumaA, Rgb, Rgba};
 use manypass_scene::{
     AlphaMode, Material, Sampler, ShadingModel, TextureRef, TextureTransform, Wrap, load_bytes, load_path,

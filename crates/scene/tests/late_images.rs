@@ -1,9 +1,7 @@
 //! Images that come after their model.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-mod common;
-
-use common::{Model, push};
+use crate::common::{Model, push};
 use manypass_scene::{Image, ImageSource, LateImages, ON_ITS_WAY, Scene, load_bytes};
 use serde_json::json;
 

@@ -1,9 +1,7 @@
 //! `MSFT_lod`: coarser nodes and materials.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-mod common;
-
-use common::{Model, push};
+use crate::common::{Model, push};
 use glam::Vec3;
 use manypass_scene::{LevelOf, NodeId};
 use serde_json::{Value, json};

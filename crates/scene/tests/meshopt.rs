@@ -2,9 +2,7 @@
 //! encoder, files of other programs beside their twins, and broken streams.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-mod common;
-
-use common::twins;
+use crate::common::twins;
 use manypass_scene::{LoadError, Loaded, load_bytes, load_path};
 use manypass_testkit::needs::assets;
 use proptest::prelude::*;

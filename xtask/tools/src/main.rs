@@ -72,5 +72,5 @@ fn browser_tests(steps: &mut Steps) {
         web_package(steps, web::Size::Fast, web::Warnings::Shown);
     }
     steps.run("browser", "1 s; 2 min to install", setup::browser);
-    steps.run_counted("browser tests", "3 min", browser::test);
+    steps.run_counted("browser tests", "9 min", browser::test);
 }

@@ -20,7 +20,7 @@ pub(crate) fn program() -> Result<Command> {
     static IS_BUILT: Mutex<bool> = Mutex::new(false);
     let mut is_built = IS_BUILT.lock().unwrap_or_else(PoisonError::into_inner);
     if !*is_built {
-        check(&mut cargo(["test", "--quiet", "--workspace", "--no-run", "--test", "usage"]))?;
+        check(&mut cargo(["test", "--quiet", "--workspace", "--no-run", "--test", "signals"]))?;
         *is_built = true;
     }
     let mut command = Command::new(root().join("target/debug/manypass"));

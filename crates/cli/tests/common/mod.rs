@@ -11,6 +11,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 use std::sync::OnceLock;
+use std::sync::atomic::{AtomicU32, Ordering};
 
 /// What a run gave.
 #[derive(Debug)]
@@ -75,9 +76,11 @@ pub fn run_with_input(folder: &Path, args: &[&str], input: &[u8]) -> Run {
 pub struct Folder(PathBuf);
 
 impl Folder {
-    /// A folder of this process for the test called `name`.
+    /// A folder of this call for the test called `name`; others have the same name, in the same process, too.
     pub fn new(name: &str) -> Self {
-        let path = std::env::temp_dir().join(format!("manypass-cli-{name}-{}", std::process::id()));
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let count = COUNT.fetch_add(1, Ordering::Relaxed);
+        let path = std::env::temp_dir().join(format!("manypass-cli-{name}-{}-{count}", std::process::id()));
         let _ = std::fs::remove_dir_all(&path);
         std::fs::create_dir_all(&path).expect("a folder");
         Self(path)

@@ -109,7 +109,7 @@ mod tests {
         // Without a model it counts at a metre.
         let nodes = vec![Node { light: Some(0), ..Node::default() }];
         let roots = vec![NodeId(0)];
-        let mut scene = Scene { lights, nodes, roots, lights_are_photometric: true, ..Scene::default() };
+        let mut scene = Scene { lights, nodes: nodes.into(), roots, lights_are_photometric: true, ..Scene::default() };
         scene.update_transforms();
         scene
     }

@@ -2,28 +2,25 @@
 //! is read. After this nothing else knows of them; their bytes lie in buffers of their own.
 //!
 //! Source: the two specifications of those names (Kapoulkine et al.), with the bitstream and the filters in their
-//! appendices. The successor adds version 1 of the stream of attributes and the filter for colours.
+//! appendices; `meshoptimizer-rs` decodes. The successor adds version 1 of the stream of attributes and the filter for
+//! colours.
 
-mod attributes;
 mod filters;
-mod indices;
 
 use super::container::{self, Resolve, View};
 use super::{Document, LoadError, MAX_FILE_BYTES, json::Json};
+use meshoptimizer_rs::{Error, Limits, Workspace, codec};
 use std::borrow::Cow;
 
 /// The extension and its successor; the latter wins where a bufferView has both.
 const NAMES: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compression"];
 
 /// Why a stream cannot be decoded.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
-pub(super) enum StreamError {
-    /// It is shorter than what it stands for needs.
-    #[error("the packed data end early")]
-    Ends,
-    /// It is longer.
-    #[error("the packed data go on after the last element")]
-    GoesOn,
+#[derive(Debug, thiserror::Error)]
+enum StreamError {
+    /// It is shorter or longer than what it stands for needs, or no encoder writes it.
+    #[error("the packed data end early or are broken")]
+    Broken,
     /// The first byte.
     #[error("the packed data begin with {found:#04x}, expected {expected:#04x}; is the mode right?")]
     Header {
@@ -32,42 +29,17 @@ pub(super) enum StreamError {
         /// What is there.
         found: u8,
     },
-    /// What no encoder writes.
-    #[error("the packed data are broken: {0}")]
-    Broken(&'static str),
+    /// An index of a triangle is one of those that the decoder sets out with.
+    #[error("the packed data are broken: an index refers to what was before the first one")]
+    BeforeFirst,
+    /// What the decoder finds besides.
+    #[error("the packed data cannot be unpacked: {0}")]
+    Refused(Error),
 }
 
-/// The bytes of a stream that are left.
-struct Stream<'a>(&'a [u8]);
-
-impl<'a> Stream<'a> {
-    fn take(&mut self, count: usize) -> Result<&'a [u8], StreamError> {
-        let (taken, rest) = self.0.split_at_checked(count).ok_or(StreamError::Ends)?;
-        self.0 = rest;
-        Ok(taken)
-    }
-
-    fn byte(&mut self) -> Result<u8, StreamError> {
-        let (byte, rest) = self.0.split_first().ok_or(StreamError::Ends)?;
-        self.0 = rest;
-        Ok(*byte)
-    }
-
-    /// An integer of 32 bits in up to five bytes of seven bits each, the low ones first.
-    fn variable(&mut self) -> Result<u32, StreamError> {
-        let mut value = 0_u32;
-        for shift in [0, 7, 14, 21, 28] {
-            let byte = self.byte()?;
-            value |= u32::from(byte & 0x7f) << shift;
-            if byte < 0x80 {
-                return Ok(value);
-            }
-        }
-        Err(StreamError::Broken("an integer takes more than five bytes"))
-    }
-
-    fn end(&self) -> Result<(), StreamError> {
-        if self.0.is_empty() { Ok(()) } else { Err(StreamError::GoesOn) }
+impl From<Error> for StreamError {
+    fn from(error: Error) -> Self {
+        if error == Error::InvalidStream { Self::Broken } else { Self::Refused(error) }
     }
 }
 
@@ -92,17 +64,41 @@ struct Packed<'b> {
 
 impl Packed<'_> {
     fn decode(&self) -> Result<Vec<u8>, StreamError> {
+        self.check_header()?;
+        // How much all views may take has been checked. The decoder looks at how long a stream is before it takes any.
+        let mut workspace = Workspace::new(Limits { max_bytes: usize::MAX, ..Limits::default() });
+        let (count, stride, data) = (self.count, self.stride, self.data);
         match self.mode {
             Mode::Attributes => {
-                let mut elements = attributes::decode(self.data, self.count, self.stride, self.is_successor)?;
+                let mut elements = codec::decode_vertex_buffer(count, stride, data, &mut workspace)?;
                 if let Some(filter) = self.filter {
-                    filters::apply(filter, &mut elements, self.stride);
+                    filters::apply(filter, &mut elements, stride, &mut workspace)?;
                 }
                 Ok(elements)
             }
-            Mode::Triangles => indices::decode_triangles(self.data, self.count, self.stride),
-            Mode::Indices => indices::decode_sequence(self.data, self.count, self.stride),
+            Mode::Triangles => {
+                let indices = codec::decode_index_buffer(count, stride, data, &mut workspace)?;
+                // The greatest number is no index in glTF.
+                let is_unset = |index: &[u8]| index.iter().all(|byte| *byte == 0xff);
+                if indices.chunks_exact(stride).any(is_unset) {
+                    return Err(StreamError::BeforeFirst);
+                }
+                Ok(indices)
+            }
+            Mode::Indices => Ok(codec::decode_index_sequence(count, stride, data, &mut workspace)?),
         }
+    }
+
+    /// The versions that the extensions have; the decoder knows more of them.
+    fn check_header(&self) -> Result<(), StreamError> {
+        let expected = match self.mode {
+            Mode::Attributes => 0xa0,
+            Mode::Triangles => 0xe1,
+            Mode::Indices => 0xd1,
+        };
+        let found = *self.data.first().ok_or(StreamError::Broken)?;
+        let is_version_1 = self.mode == Mode::Attributes && self.is_successor && found == 0xa1;
+        if found == expected || is_version_1 { Ok(()) } else { Err(StreamError::Header { expected, found }) }
     }
 }
 

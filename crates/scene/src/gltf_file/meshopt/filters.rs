@@ -1,5 +1,7 @@
 //! Filters: what turns elements as they are packed into those that accessors read, in place.
 
+use meshoptimizer_rs::{Error, Workspace, codec};
+
 /// How elements are stored before they are packed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Filter {
@@ -13,98 +15,38 @@ pub(super) enum Filter {
     Color,
 }
 
-/// Turns `elements` of `stride` bytes into those that they stand for. Elements that no encoder writes become any
-/// others.
-pub(super) fn apply(filter: Filter, elements: &mut [u8], stride: usize) {
-    match (filter, stride) {
-        (Filter::Exponential, _) => {
-            for bytes in elements.as_chunks_mut().0 {
-                *bytes = exponential(i32::from_le_bytes(*bytes)).to_le_bytes();
-            }
-        }
-        (Filter::Quaternion, _) => map_16(elements, quaternion),
-        (Filter::Octahedral, 4) => {
-            map_8(elements, |element| octahedral(element.map(|component| f32::from(component as i8)), 127.0));
-        }
-        (Filter::Octahedral, _) => {
-            map_16(elements, |element| octahedral(element.map(f32::from), 32767.0).map(|component| component as i16));
-        }
-        (Filter::Color, 4) => map_8(elements, |[y, co, cg, alpha]| {
-            color([i32::from(y), i32::from(co as i8), i32::from(cg as i8), i32::from(alpha)], 255.0)
-        }),
-        (Filter::Color, _) => map_16(elements, |[y, co, cg, alpha]| {
-            let components = [i32::from(y as u16), i32::from(co), i32::from(cg), i32::from(alpha as u16)];
-            color(components, 65535.0).map(|component| component as u16 as i16)
-        }),
-    }
-}
-
-fn map_8(elements: &mut [u8], turn: impl Fn([u8; 4]) -> [i32; 4]) {
-    for element in elements.as_chunks_mut::<4>().0 {
-        *element = turn(*element).map(|component| component as u8);
-    }
-}
-
-fn map_16(elements: &mut [u8], turn: impl Fn([i16; 4]) -> [i16; 4]) {
-    for bytes in elements.as_chunks_mut::<8>().0 {
-        let [a, b, c, d, e, f, g, h] = *bytes;
-        let turned = turn([[a, b], [c, d], [e, f], [g, h]].map(i16::from_le_bytes));
-        let [[a, b], [c, d], [e, f], [g, h]] = turned.map(i16::to_le_bytes);
-        *bytes = [a, b, c, d, e, f, g, h];
-    }
-}
-
-fn rounded(value: f32) -> i32 {
-    value.round() as i32
-}
-
-/// The third component is what 1 is in the first two; the last one stays.
-fn octahedral([x, y, one, w]: [f32; 4], max: f32) -> [i32; 4] {
-    let (x, y) = (x / one, y / one);
-    let z = 1.0 - x.abs() - y.abs();
-    // The lower half of the octahedron is folded outwards.
-    let fold = z.min(0.0);
-    let (x, y) = (x - fold.copysign(x), y - fold.copysign(y));
-    let scale = max / (x * x + y * y + z * z).sqrt();
-    [rounded(x * scale), rounded(y * scale), rounded(z * scale), w as i32]
-}
-
-/// The last component is what 1 is in the others, but for two bits that say which of the four components is left out.
-fn quaternion([x, y, z, code]: [i16; 4]) -> [i16; 4] {
-    let scale = std::f32::consts::FRAC_1_SQRT_2 / f32::from(code | 3);
-    let [x, y, z] = [x, y, z].map(|component| f32::from(component) * scale);
-    let w = (1.0 - x * x - y * y - z * z).max(0.0).sqrt();
-    let [x, y, z, w] = [x, y, z, w].map(|component| rounded(component * 32767.0) as i16);
-    match code & 3 {
-        0 => [w, x, y, z],
-        1 => [z, w, x, y],
-        2 => [y, z, w, x],
-        _ => [x, y, z, w],
-    }
-}
-
-fn exponential(packed: i32) -> f32 {
-    let (exponent, mantissa) = (packed >> 24, (packed << 8) >> 8);
-    // A double holds the power exactly, for every exponent of 8 bits: its own exponent is biased by 1023, above 52
-    // bits.
-    let power = f64::from_bits(((exponent + 1023) as u64) << 52);
-    (power * f64::from(mantissa)) as f32
-}
-
-/// The highest bit of alpha says how many bits the components have.
-fn color([y, co, cg, alpha]: [i32; 4], max: f32) -> [i32; 4] {
-    let bits = 32 - alpha.leading_zeros();
-    let one = ((1_i64 << bits) - 1) as i32;
-    let low = alpha & (one >> 1);
-    let alpha = (low << 1) | (low & 1);
-    let scale = if one > 0 { max / one as f32 } else { 0.0 };
-    let turned = [y + co - cg, y + cg, y - co - cg, alpha];
-    turned.map(|component| rounded((component as f32 * scale).clamp(0.0, max)))
+/// Turns `elements` of `stride` bytes into those that they stand for.
+///
+/// # Errors
+/// One of them is a direction of no length, or a colour of no bits, which no encoder writes.
+pub(super) fn apply(
+    filter: Filter,
+    elements: &mut [u8],
+    stride: usize,
+    workspace: &mut Workspace,
+) -> Result<(), Error> {
+    let decode = match filter {
+        Filter::Octahedral => codec::decode_filter_oct,
+        Filter::Quaternion => codec::decode_filter_quat,
+        Filter::Exponential => codec::decode_filter_exp,
+        Filter::Color => codec::decode_filter_color,
+    };
+    decode(elements, elements.len() / stride, stride, workspace)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn applied(filter: Filter, elements: &mut [u8], stride: usize) {
+        apply(filter, elements, stride, &mut Workspace::default()).expect("what encoders write");
+    }
+
+    #[test]
+    fn directions_of_no_length_are_refused() {
+        let mut bytes = [0; 8];
+        assert!(apply(Filter::Octahedral, &mut bytes, 4, &mut Workspace::default()).is_err());
+    }
 
     /// Unit vectors all around.
     fn directions() -> impl Iterator<Item = [f32; 3]> {
@@ -135,7 +77,7 @@ mod tests {
                 } else {
                     packed.iter().flat_map(|component| component.to_le_bytes()).collect()
                 };
-                apply(Filter::Octahedral, &mut bytes, stride);
+                applied(Filter::Octahedral, &mut bytes, stride);
                 let read = |i: usize| match stride {
                     4 => f32::from(bytes[i] as i8),
                     _ => f32::from(i16::from_le_bytes([bytes[2 * i], bytes[2 * i + 1]])),
@@ -161,7 +103,7 @@ mod tests {
                 let code = (one as i16 & !3) | largest as i16;
                 let mut bytes: Vec<u8> =
                     [store(1), store(2), store(3), code].into_iter().flat_map(i16::to_le_bytes).collect();
-                apply(Filter::Quaternion, &mut bytes, 8);
+                applied(Filter::Quaternion, &mut bytes, 8);
                 for (found, expected) in bytes.as_chunks().0.iter().zip(rotation) {
                     let found = f32::from(i16::from_le_bytes(*found)) / 32767.0;
                     // The largest component takes up the errors of the three others.
@@ -176,7 +118,7 @@ mod tests {
         for (exponent, mantissa) in [(0_i32, 5_i32), (3, -7), (-20, 8_388_607), (-100, -8_388_608), (100, 1), (-12, 0)]
         {
             let mut bytes = ((exponent << 24) | (mantissa & 0xff_ffff)).to_le_bytes();
-            apply(Filter::Exponential, &mut bytes, 4);
+            applied(Filter::Exponential, &mut bytes, 4);
             assert_eq!(f32::from_le_bytes(bytes), mantissa as f32 * 2_f32.powi(exponent));
         }
         // Multiples of four are brightness and differences without a remainder.
@@ -185,12 +127,12 @@ mod tests {
             let (y, co, cg) = ((red + 2 * green + blue) / 4, (red - blue) / 2, (2 * green - red - blue) / 4);
             let mut bytes = [y as u8, co as u8, cg as u8, 0x80 | 0x55];
             if (-128..128).contains(&co) {
-                apply(Filter::Color, &mut bytes, 4);
+                applied(Filter::Color, &mut bytes, 4);
                 assert_eq!(bytes, [red as u8, green as u8, blue as u8, 0xab]);
             }
             let mut wide: Vec<u8> =
                 [y, co, cg, 0x80 | 0x55].into_iter().flat_map(|component| (component as i16).to_le_bytes()).collect();
-            apply(Filter::Color, &mut wide, 8);
+            applied(Filter::Color, &mut wide, 8);
             let found: Vec<u16> = wide.as_chunks().0.iter().map(|bytes| u16::from_le_bytes(*bytes)).collect();
             assert_eq!(found, [red, green, blue, 0xab].map(|component| component as u16 * 257));
         }

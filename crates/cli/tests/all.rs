@@ -1,0 +1,34 @@
+//! The tests of the program, one module a file, linked once. Those that measure it are programs of their own.
+
+mod aovs;
+mod baking;
+mod batches;
+mod camera;
+mod cameras;
+mod chains;
+mod clashes;
+mod common;
+mod data;
+mod diff;
+mod diff_models;
+mod docs;
+mod docs_python;
+mod environment;
+mod exposure;
+mod far;
+mod fisheye;
+mod formats;
+mod lens;
+mod materials;
+mod named_inputs;
+mod older_names;
+mod overlay;
+mod pictures;
+mod quality;
+mod settings;
+mod shader_texts;
+mod shown_effect;
+mod simulations;
+mod stage;
+mod streams;
+mod usage;

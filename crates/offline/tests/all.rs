@@ -1,0 +1,4 @@
+//! The tests of files, one module a file, linked once. What measures time is a program of its own.
+
+mod docs;
+mod exr;

@@ -1,0 +1,8 @@
+//! The tests of the repository's form, one module a file, linked once.
+
+mod architecture;
+mod arrows;
+mod imports;
+mod pages;
+mod programs;
+mod sentences;
