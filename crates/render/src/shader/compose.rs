@@ -35,7 +35,7 @@ fn text(indices: &[u16]) -> String {
 pub fn embedded_bytes() -> usize {
     let indices: usize =
         PROGRAMS.iter().flat_map(|program| program.variants).map(|indices| size_of_val(*indices)).sum();
-    DECLARATIONS.iter().map(|text| text.len() + size_of_val(text)).sum::<usize>() + indices
+    DECLARATIONS.iter().map(|text| text.len() + size_of::<&str>()).sum::<usize>() + indices
 }
 
 fn named(program: &str) -> Option<&'static BuiltIn> {
