@@ -1,6 +1,6 @@
 //! The whole frame, top to bottom. [`view_passes`] is the order of passes from surfaces to radiance, whatever the path;
 //! what a line there stands for is in the file of that name below `frame/`, or in the folder of the pass. From a view's
-//! radiance to the picture `frame/picture.rs` goes on. `renderer/recording.rs` calls these functions in this order:
+//! radiance to the picture `frame/picture.rs` goes on. `renderer/record_view.rs` calls these functions in this order:
 //!
 //! ```text
 //! shared_passes                                     once a frame

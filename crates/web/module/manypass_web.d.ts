@@ -19,7 +19,7 @@ type Calls = Pick<Module, Slow | Answers> & {
  * - What takes time (`render`, `refine`, `pick`, `loadBeforeImages` …) gives a promise.
  * - What changes the viewer (`load`, `configure`, `setTime` …) happens at once while nothing is under way, and throws what is wrong.
  *   Else it gives a promise. `await` is right for both.
- * - The newest time wins: `setTime` while `render` steps simulations takes effect at once, and that frame shows the newer time.
+ * - An earlier time wins: `setTime` while `render` steps simulations takes effect at once, and that frame shows it. A later one is the next frame's.
  * - What only says something (`info`, `moves`, `startOrbit` …) answers at once; while a frame is drawn, as it was before the frame.
  */
 export interface Viewer extends Calls {}

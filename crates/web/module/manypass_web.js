@@ -268,7 +268,7 @@ export class Viewer extends EventTarget {
     }, FRAMES.has(name));
   }
 
-  /** The newest time wins: a frame that steps simulations goes on to it, if nothing but frames is to come before. */
+  /** A frame that steps simulations turns back to an earlier time, if nothing but frames is to come before. */
   setTime(secs) {
     const areFrames = [...this.#open.values()].every((draws) => draws);
     if (this.#isBusy && areFrames && !this.#refusalNow() && this.#shownTime.redirect(secs)) return;

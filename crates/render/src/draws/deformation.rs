@@ -30,9 +30,9 @@ impl Deformation {
         self.joints.clear();
     }
 
-    /// Whether nothing is deformed.
+    /// Whether nothing is deformed, nor would be if its skin had joints.
     pub fn is_empty(&self) -> bool {
-        self.joint_rows.is_empty() && self.morph_weights.is_empty()
+        self.joints.is_empty() && self.joint_rows.is_empty() && self.morph_weights.is_empty()
     }
 
     /// The joints of a skin, which are appended for the first of its nodes.

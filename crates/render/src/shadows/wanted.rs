@@ -95,6 +95,9 @@ const SPOT_MAX_RAD: f32 = FRAC_PI_3;
 /// The nearest caster as a share of the range, in metres at most and at least.
 const NEAR_SHARE: f32 = 1.0 / 512.0;
 const NEAR_M: [f32; 2] = [1e-4, 0.02];
+/// The texels of smaller tiles are not moved: the surface's plane, which is found as if they were not, would be off by
+/// more than the bias allows for.
+const SHIFTED_SIDE_MIN: u32 = 128;
 /// The sides in texels of maps for what is around places: of lights at a place, as fine over a right angle as the views
 /// around probes are, and of directional ones, over the whole scene.
 const AROUND_PX: f32 = 64.0;
@@ -104,6 +107,7 @@ impl Aim {
     pub fn projection(&self, side: u32) -> TileProjection {
         match *self {
             Self::Rays { position, rotation, tangent, near_m, shift_texels } => {
+                let shift_texels = if side < SHIFTED_SIDE_MIN { Vec2::ZERO } else { shift_texels };
                 TileProjection::perspective(position, rotation, [tangent, near_m], shift_texels, side)
             }
             Self::Parallel { rotation, center, half_m, depth } => {

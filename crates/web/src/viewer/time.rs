@@ -26,6 +26,8 @@ const STEPS_MAX: u32 = 512;
 struct State {
     /// The time in seconds that no frame has taken yet.
     newest: Cell<Option<f32>>,
+    /// The time that simulations are stepped to.
+    aim: Cell<f32>,
     /// Whether a frame steps simulations.
     is_stepping: Cell<bool>,
     /// Steps of the next slice.
@@ -60,6 +62,7 @@ impl ShownTime {
     pub(super) fn new() -> Self {
         Self(Rc::new(State {
             newest: Cell::new(None),
+            aim: Cell::new(0.0),
             is_stepping: Cell::new(false),
             slice_steps: Cell::new(FIRST_STEPS),
             listener: RefCell::new(None),
@@ -80,9 +83,17 @@ impl ShownTime {
         self.0.listener.replace(None);
     }
 
-    /// Whether there is a time that no frame has taken.
-    fn is_new(&self) -> bool {
-        self.0.newest.get().is_some()
+    /// Whether there is a time before the one that a frame steps to, which is in vain then. A later time is the next
+    /// frame's: where times come faster than steps, frames would never end.
+    fn turns_back(&self) -> bool {
+        self.0.newest.get().is_some_and(|secs| secs < self.0.aim.get())
+    }
+
+    /// The newest time, which is aimed at from now on.
+    fn take(&self) -> Option<f32> {
+        let newest = self.0.newest.take();
+        self.0.aim.set(newest.unwrap_or(self.0.aim.get()));
+        newest
     }
 
     fn tell(&self, progress: SimulationProgress<'_>) {
@@ -138,13 +149,13 @@ impl Slices {
         })
     }
 
-    /// Tells how far a simulation is, and says whether to go on: until a newer time comes.
+    /// Tells how far a simulation is, and says whether to go on: until an earlier time comes.
     fn follow(&self, progress: SimulationProgress<'_>) -> bool {
         let has_ended = progress.total > 0 && progress.done == progress.total;
         if self.is_news.replace(false) || self.are_several.get() && has_ended {
             self.time.tell(progress);
         }
-        !self.time.is_new()
+        !self.time.turns_back()
     }
 
     /// Asked after each step: whether the page is to have the thread.
@@ -184,8 +195,8 @@ impl Slices {
 impl Viewer {
     /// Shows the model as it is at a time in seconds from the next frame on: in its first animation, with waves and
     /// simulations after so many seconds. Simulations go on from the time before, and begin anew where that was later.
-    /// `render` steps them in slices of some milliseconds, between which the page has the thread. A time that comes
-    /// meanwhile takes the place of the one before: the frame under way goes on to that.
+    /// `render` steps them in slices of some milliseconds, between which the page has the thread. An earlier
+    /// time that comes meanwhile takes the place of the one before; a later one is the next frame's.
     ///
     /// # Errors
     /// When no model is loaded.
@@ -195,6 +206,10 @@ impl Viewer {
             return Err(JsError::new("no model is loaded"));
         }
         self.time.give(secs);
+        // Without simulations there is nothing to wait for, and who frames the model finds it as it will be.
+        if !self.scene.as_ref().is_some_and(manypass::scene::Scene::has_simulations) {
+            self.pose_at_newest();
+        }
         Ok(())
     }
 
@@ -206,15 +221,19 @@ impl Viewer {
 }
 
 impl Viewer {
+    fn pose_at_newest(&mut self) {
+        if let (Some(scene), Some(secs)) = (&mut self.scene, self.time.take()) {
+            scene.pose(0, secs);
+            scene.update_transforms();
+        }
+    }
+
     /// Poses the model at the newest time, and steps its simulations there. True if the page had the thread meanwhile.
     pub(super) async fn reach_time(&mut self) -> Result<bool, JsError> {
         let slices = Slices::new(self.renderer.gpu().clone(), self.time.clone());
         loop {
+            self.pose_at_newest();
             let scene = self.scene.as_mut().ok_or_else(|| JsError::new("no model is loaded"))?;
-            if let Some(secs) = self.time.0.newest.take() {
-                scene.pose(0, secs);
-                scene.update_transforms();
-            }
             if !scene.has_simulations() {
                 return Ok(slices.are_several.get());
             }
@@ -222,7 +241,7 @@ impl Viewer {
             let mut follow = |progress: SimulationProgress<'_>| slices.follow(progress);
             let stepped = self.renderer.simulate_in_turns(scene, &mut follow, &mut slices.turns()).await;
             drop(stepping);
-            if self.time.is_new() {
+            if self.time.turns_back() {
                 continue;
             }
             stepped?;

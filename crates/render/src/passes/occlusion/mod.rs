@@ -1,7 +1,7 @@
 //! occlusion: what opaque surfaces hide of the environment from each other, as far as the picture shows it.
 //!
 //! Sources: horizons (Jimenez et al. 2016, "Practical Realtime Strategies for Accurate Indirect Occlusion"), or points
-//! in a hemisphere (Mittring 2007, "OcclusionPasses Next Gen: CryEngine 2"); what differs from them stands in `gtao.wgsl` and
+//! in a hemisphere (Mittring 2007, "Finding Next Gen: CryEngine 2"); what differs from them stands in `gtao.wgsl` and
 //! `ssao.wgsl`. Each sample of a still has other noise, so that their mean converges; that of few samples is a pattern
 //! of 4 × 4 texels, which `occlusion.blur` takes out. `occlusion.upsample` brings a smaller picture to the full size.
 //! Reads: normal, linear_depth. Writes: occlusion, the share of diffuse light of the environment that reaches a

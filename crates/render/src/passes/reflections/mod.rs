@@ -1,6 +1,6 @@
 //! reflections: opaque surfaces reflect each other as far as the picture shows them, in place of the environment.
 //!
-//! Sources: rays in the picture (McGuire & Mara 2014, "Efficient GPU Screen-Space Ray RayPasses") over a pyramid of least
+//! Sources: rays in the picture (McGuire & Mara 2014, "Efficient GPU Screen-Space Ray Tracing") over a pyramid of least
 //! distances (Uludag 2014, "Hi-Z Screen-Space Cone-Traced Reflections"), to visible normals of GGX (Heitz 2018); what
 //! differs from them stands in `trace.wgsl`. Each sample of a still has another ray, so that their mean converges; that
 //! of few samples is a pattern of 4 × 4 texels, which `reflections.filter` takes out. Where rays are of half the size,
