@@ -100,6 +100,10 @@ fn check_form(steps: &mut Steps) {
     steps.run("lints", "3 min", || {
         step::check(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-Dwarnings"]))
     });
+    steps.run("lints without features", "10 s; 40 s the first time", || {
+        let package = ["clippy", "-p", "manypass-scene", "--no-default-features", "--lib", "--", "-Dwarnings"];
+        step::check(&mut cargo(package))
+    });
 }
 
 /// Advisories, bans, licences and sources of all dependencies, where the program for it is installed.
@@ -114,8 +118,8 @@ fn dependencies() -> Result<Tally> {
 fn test_quickly(steps: &mut Steps) {
     check_form(steps);
     steps.run_counted("quick tests", "8 min", || jobs::test(Extent::Quick));
-    // Dependencies, docs, the web package and the browser tests.
-    for _ in 0..4 {
+    // Dependencies, docs, tests without features, the web package and the browser tests.
+    for _ in 0..5 {
         steps.leave_out();
     }
     println!("\n*** SKIPPED: slow tests, docs and browsers (--quick). Run `cargo xtask test` before you land. ***");
@@ -128,6 +132,10 @@ fn test(steps: &mut Steps, with_browser: bool) {
         step::check(cargo(["doc", "--no-deps", "--workspace"]).env("RUSTDOCFLAGS", "-Dwarnings"))
     });
     steps.run_counted("tests", "20 min", || jobs::test(Extent::Whole));
+    steps.run("tests without features", "20 s; 1 min the first time", || {
+        let program = ["test", "-p", "manypass-scene", "--no-default-features", "--test", "without_features"];
+        step::check(&mut cargo(program))
+    });
     if with_browser {
         match tools(&["test"]) {
             Ok(mut command) => steps.run_program("web package and browser tests", &mut command),

@@ -37,6 +37,17 @@ const ABSENT: &[(&str, &[&str])] = &[
     ("xtask", &["manypass-testkit", "manypass-scene", "image", "wasm-bindgen-cli-support"]),
 ];
 
+/// What each feature of `manypass-scene` alone links besides. `cargo xtask demo` is built without them.
+const OF_FEATURES: &[(&str, &[&str])] = &[
+    ("draco", &["draco-core"]),
+    ("exr", &["exr"]),
+    ("formats", &["ply-rs-bw", "quick-xml", "zip"]),
+    ("ktx2", &["basisu", "ruzstd"]),
+    ("meshopt", &["meshoptimizer-rs"]),
+    ("simplify", &["meshoptimizer-rs"]),
+    ("text", &["ab_glyph"]),
+];
+
 /// Licences that ask for no more than a notice, by their SPDX names.
 const PERMITTED: &[&str] = &[
     "0BSD",
@@ -131,6 +142,53 @@ fn crates_depend_along_the_arrows() {
     // The test can fail: the renderer is linked with wgpu.
     let renderer = list(&metadata, "packages").iter().find(|package| text(package, "name") == "manypass");
     assert!(linked_with(&metadata, text(renderer.expect("manypass"), "id")).contains("wgpu"));
+}
+
+/// The names of what `manypass-scene` is linked with, with `features` alone.
+fn linked_with_features(features: &str) -> BTreeSet<String> {
+    let output = Command::new(env!("CARGO"))
+        .args(["tree", "--offline", "--locked", "-p", "manypass-scene", "--no-default-features"])
+        .args(["--features", features, "--edges", "normal", "--prefix", "none", "--format", "{p}"])
+        .current_dir(env!("CARGO_MANIFEST_DIR"))
+        .output()
+        .expect("cargo runs");
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let lines = String::from_utf8_lossy(&output.stdout).into_owned();
+    lines.lines().filter_map(|line| Some(line.split_once(' ')?.0.to_owned())).collect()
+}
+
+#[test]
+fn features_of_the_scene_bring_their_crates_and_no_others() {
+    let of_all: BTreeSet<&str> = OF_FEATURES.iter().flat_map(|(_, names)| names.iter().copied()).collect();
+    let optional = |features: &str| -> BTreeSet<String> {
+        let linked = linked_with_features(features);
+        assert!(linked.contains("glam"), "{linked:?}");
+        linked.into_iter().filter(|name| of_all.contains(name.as_str())).collect()
+    };
+    assert_eq!(optional(""), BTreeSet::new());
+    for (feature, expected) in OF_FEATURES {
+        assert_eq!(optional(feature), expected.iter().map(|name| (*name).to_owned()).collect(), "{feature}");
+    }
+    assert_eq!(optional("default").len(), of_all.len());
+}
+
+/// The crates above have the features of the scene, with the same names and all on by default.
+#[test]
+fn crates_above_pass_the_features_on() {
+    let metadata = metadata(&host()).expect("the crates of this machine's own target are there");
+    let features = |name: &str| -> Value {
+        let packages = list(&metadata, "packages").iter();
+        packages.clone().find(|package| text(package, "name") == name).expect(name)["features"].clone()
+    };
+    let names: Vec<&str> = OF_FEATURES.iter().map(|(name, _)| *name).collect();
+    assert_eq!(list(&features("manypass-scene"), "default"), names);
+    for above in ["manypass", "manypass-cli"] {
+        let features = features(above);
+        for name in &names {
+            assert_eq!(list(&features, name), [format!("manypass-scene/{name}")], "{above}");
+            assert!(list(&features, "default").contains(&Value::from(*name)), "{above}: {name}");
+        }
+    }
 }
 
 #[test]

@@ -88,7 +88,7 @@ pub enum OverlayError {
         budget_bytes: u64,
     },
     /// The built-in font is missing from the program.
-    #[error("the built-in font cannot be read; give texts a font of their own")]
+    #[error("there is no built-in font: build the program with the feature `text`, or draw no texts")]
     NoFont,
     /// Depth of a fisheye picture is none of one view.
     #[error("item {item} of the overlay: a fisheye picture has no depth to compare; set `depth_test` to false")]

@@ -6,6 +6,10 @@
 
 mod brdf;
 mod cube;
+#[cfg(not(feature = "exr"))]
+#[path = "environment/exr_absent.rs"]
+mod exr_file;
+#[cfg(feature = "exr")]
 mod exr_file;
 mod ktx2;
 mod parts;
@@ -14,12 +18,13 @@ pub mod suns;
 
 pub use brdf::BrdfTable;
 pub use cube::{CUBE_FACES, FACE_SIDE_MAX, face_files, files_of};
+#[cfg(feature = "exr")]
 pub use exr_file::{exr_fault, missing_channels};
 pub(crate) use parts::LEVEL;
 pub use parts::{LightPicture, PrefilteredEnvironment, prefiltered_files};
 
 use crate::ktx2::is_ktx2;
-use exr_file::{decode_exr, is_exr};
+use exr_file::decode_exr;
 use glam::Vec3;
 use half::f16;
 use radiance::{decode_radiance, is_radiance};
@@ -241,6 +246,13 @@ fn check_size(width: u32, height: u32) -> Result<(), String> {
         return Err(format!("an equirectangular picture is twice as wide as high, and it has {width}x{height} pixels"));
     }
     Ok(())
+}
+
+/// How OpenEXR files begin.
+const EXR_MAGIC: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
+
+fn is_exr(bytes: &[u8]) -> bool {
+    bytes.starts_with(EXR_MAGIC)
 }
 
 /// Whether bytes are a Radiance or an OpenEXR file, whose values are light.

@@ -3,17 +3,12 @@
 //! Which format a file has is told by its bytes where they tell, and by its ending where they do not. `docs/inputs.md`
 //! says what each format means here: units, the axis that points up, normals, colours, materials.
 
-mod image_files;
-mod mtl;
-mod obj;
-mod parts;
-mod ply;
-mod polygon;
-mod smooth;
-mod stl;
-mod text;
-mod threemf;
-mod two_sided;
+mod detect;
+#[cfg(feature = "formats")]
+mod readers;
+#[cfg(not(feature = "formats"))]
+#[path = "formats/absent.rs"]
+mod readers;
 
 use crate::gltf_file::{
     self, LoadError, Loaded, MAX_FILE_BYTES, checked_relative_path, read_file, references::meant_paths,
@@ -53,27 +48,7 @@ impl Format {
 
     fn of_start(start: &[u8], file_bytes: u64, name: &str) -> Self {
         let start = start.get(..START_BYTES).unwrap_or(start);
-        Self::of_content(start, file_bytes).or_else(|| Self::of_ending(name)).unwrap_or(Self::Gltf)
-    }
-
-    fn of_content(start: &[u8], file_bytes: u64) -> Option<Self> {
-        if start.starts_with(b"ply\n") || start.starts_with(b"ply\r") {
-            return Some(Self::Ply);
-        }
-        if start.starts_with(b"PK\x03\x04") {
-            return Some(Self::ThreeMf);
-        }
-        if !start.starts_with(b"glTF") && stl::binary_bytes(start) == Some(file_bytes) {
-            return Some(Self::Stl);
-        }
-        let text = text::without_mark(start).trim_ascii_start();
-        if start.starts_with(b"glTF") || text.starts_with(b"{") {
-            return Some(Self::Gltf);
-        }
-        if stl::is_text(text) {
-            return Some(Self::Stl);
-        }
-        obj::is_obj(text).then_some(Self::Obj)
+        detect::of_content(start, file_bytes).or_else(|| Self::of_ending(name)).unwrap_or(Self::Gltf)
     }
 
     fn of_ending(name: &str) -> Option<Self> {
@@ -150,10 +125,7 @@ pub async fn load_bytes_in_turns(
     }
     let loaded = match format {
         Format::Gltf => return gltf_file::load_bytes_in_turns(bytes, resolve, name, turns).await,
-        Format::Stl => stl::load(bytes),
-        Format::Obj => obj::load(bytes, resolve),
-        Format::Ply => ply::load(bytes, resolve),
-        Format::ThreeMf => threemf::load(bytes),
+        other => readers::load(other, bytes, resolve),
     };
     loaded.map_err(|error| error.in_file(name))
 }
@@ -168,7 +140,7 @@ fn read_beside(path: &Path) -> impl FnMut(&str) -> Result<Vec<u8>, String> {
 fn obj_names(path: &Path) -> Result<Vec<String>, LoadError> {
     let name = path.display().to_string();
     let bytes = read_file(path).map_err(|message| LoadError::Io { file: name, message })?;
-    Ok(obj::names(&bytes, &mut read_beside(path)))
+    Ok(readers::names(Format::Obj, &bytes, &mut read_beside(path)))
 }
 
 /// The textures that the header of a PLY names.
@@ -179,18 +151,14 @@ fn ply_names(path: &Path) -> Result<Vec<String>, LoadError> {
         Ok(start)
     };
     let error = |error: InputError| LoadError::Io { file: path.display().to_string(), message: error.to_string() };
-    Ok(ply::names(&read().map_err(error)?))
+    Ok(readers::names(Format::Ply, &read().map_err(error)?, &mut read_beside(path)))
 }
 
 /// The paths of the files that a model in memory names: of an OBJ its libraries of materials, then the textures of those
 /// that `resolve` fetches, and of a PLY its textures. None for other formats, and none that could lead out of the model's
 /// folder.
 pub fn named_files(bytes: &[u8], resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>) -> Vec<String> {
-    let mut names = match Format::of(bytes, "") {
-        Format::Obj => obj::names(bytes, resolve),
-        Format::Ply => ply::names(bytes.get(..START_BYTES).unwrap_or(bytes)),
-        _ => Vec::new(),
-    };
+    let mut names = readers::names(Format::of(bytes, ""), bytes, resolve);
     names.retain(|name| checked_relative_path(name).is_ok());
     names
 }

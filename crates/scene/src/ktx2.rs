@@ -2,8 +2,13 @@
 //!
 //! Source: KTX File Format Specification 2.0 (Khronos).
 
+#[cfg(not(feature = "ktx2"))]
+#[path = "ktx2/zstandard_absent.rs"]
+mod zstandard;
+#[cfg(feature = "ktx2")]
+mod zstandard;
+
 use std::borrow::Cow;
-use std::io::Read;
 
 /// The first bytes of a file.
 const MAGIC: &[u8; 12] = b"\xabKTX 20\xbb\r\n\x1a\n";
@@ -146,14 +151,8 @@ pub(crate) fn level<'a>(
     let packed = packed.ok_or_else(|| format!("level {level} of the KTX2 container lies outside the file"))?;
     let unpacked = match header.supercompression {
         0 => Cow::Borrowed(packed),
-        2 => {
-            let stream = ruzstd::StreamingDecoder::new(packed).map_err(|error| format!("broken Zstandard: {error}"))?;
-            // One byte more than there should be tells that there are too many.
-            let mut unpacked = Vec::new();
-            let limited = &mut stream.take(expected as u64 + 1);
-            limited.read_to_end(&mut unpacked).map_err(|error| format!("broken Zstandard: {error}"))?;
-            Cow::Owned(unpacked)
-        }
+        // One byte more than there should be tells that there are too many.
+        2 => Cow::Owned(zstandard::unpack(packed, expected as u64 + 1)?),
         other => return Err(format!("expected no supercompression or Zstandard, 0 or 2, found {other}")),
     };
     if unpacked.len() != expected {

@@ -5,6 +5,9 @@
 //! ([`formats`]) and stages ([`stage`]), builds procedural geometry ([`primitives`]), evaluates animations
 //! ([`animation`]) and answers questions about space ([`bounds`]).
 //!
+//! Readers that not every program needs are cargo features, all on by default: `draco`, `exr`, `formats`, `ktx2`,
+//! `meshopt`, `simplify`, `text`. Without one, what it would read is an error or a warning that names it.
+//!
 //! Space is right-handed with +Y up, lengths are metres, angles radians, light is candela and lux, as in glTF 2.0.
 
 pub mod animation;
@@ -40,6 +43,10 @@ pub mod primitives;
 pub mod probes;
 pub mod renamed;
 pub mod scenes;
+#[cfg(feature = "simplify")]
+mod simplify;
+#[cfg(not(feature = "simplify"))]
+#[path = "simplify/absent.rs"]
 mod simplify;
 pub mod simulation;
 mod skins;

@@ -13,6 +13,10 @@
 //! ```
 
 mod check;
+#[cfg(feature = "text")]
+mod font;
+#[cfg(not(feature = "text"))]
+#[path = "overlay/font_absent.rs"]
 mod font;
 
 pub use check::OverlayFault;

@@ -35,11 +35,6 @@ impl Tally {
         }
     }
 
-    /// Counts a warning; those with the same message are one kind.
-    pub(crate) fn add(&mut self, place: impl Display, message: &str) {
-        self.add_as(message, place, message);
-    }
-
     /// One line for each kind, in the order in which they came first.
     pub(crate) fn into_lines(self) -> Vec<String> {
         let line = |Kind { message, first_place, count }: Kind| match (first_place.is_empty(), count) {

@@ -5,13 +5,6 @@ use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use std::io::Cursor;
 
-/// How files begin.
-const MAGIC: &[u8] = &[0x76, 0x2f, 0x31, 0x01];
-
-pub(super) fn is_exr(bytes: &[u8]) -> bool {
-    bytes.starts_with(MAGIC)
-}
-
 /// What is wrong with an OpenEXR file, in words.
 pub fn exr_fault(error: &exr::error::Error) -> String {
     match error {

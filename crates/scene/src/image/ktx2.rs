@@ -3,9 +3,14 @@
 //!
 //! Basis Universal is transcoded by the crate `basisu`.
 
+#[cfg(feature = "ktx2")]
+mod basis;
+#[cfg(not(feature = "ktx2"))]
+#[path = "ktx2/basis_absent.rs"]
+mod basis;
+
 use super::{BlockFormat, Blocks};
 use crate::ktx2::{Header, check_ranges, header, level, unpacked_bytes};
-use basisu::{DecodeFlags, TargetFormat, Transcoder};
 
 /// The header of a flat picture.
 fn flat(bytes: &[u8]) -> Result<Header, String> {
@@ -42,20 +47,13 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Vec<u8>, String> {
             ));
         }
     }
-    let refused = |error| match error {
-        basisu::Error::Unsupported { source, .. } => {
-            format!("its format {source:?} cannot become eight bits a channel")
-        }
-        error => format!("its Basis Universal data are broken or of a kind that is not supported ({error:?})"),
-    };
     check_ranges(bytes)?;
     // A level that is packed once more says itself how much it becomes, of which this is four times the honest most.
     let most_bytes = 4 * u64::from(header.width.next_multiple_of(12)) * u64::from(header.height.next_multiple_of(12));
     if unpacked_bytes(bytes, 0)? > most_bytes {
         return Err("its first level claims to hold more than its texels".to_owned());
     }
-    let transcoder = Transcoder::new(bytes).map_err(refused)?;
-    let texels = transcoder.transcode(0, TargetFormat::Rgba32, DecodeFlags::NONE).map_err(refused)?;
+    let texels = basis::texels(bytes)?;
     let expected = u64::from(header.width) * u64::from(header.height) * 4;
     if texels.len() as u64 != expected {
         return Err("its Basis Universal data are of another size than the container says".to_owned());
@@ -113,19 +111,12 @@ pub(super) fn transcode(bytes: &[u8], format: BlockFormat) -> Option<Vec<Blocks>
     if !(0..header.levels).all(is_honest) {
         return None;
     }
-    let target = match format {
-        BlockFormat::Bc7 => TargetFormat::Bc7Rgba,
-        BlockFormat::Etc2 => TargetFormat::Etc2Rgba,
-        BlockFormat::Astc => TargetFormat::Astc4x4Rgba,
-    };
-    let transcoder = Transcoder::new(bytes).ok()?;
-    let level = |level: u32| {
+    let level = |(level, data): (u32, Vec<u8>)| {
         let (width, height) = sides(&header, level);
-        let data = transcoder.transcode(level, target, DecodeFlags::NONE).ok()?;
         let blocks = width.div_ceil(BlockFormat::SIDE) as usize * height.div_ceil(BlockFormat::SIDE) as usize;
         (data.len() == blocks * BlockFormat::BYTES as usize).then_some(Blocks { width, height, data })
     };
-    (0..header.levels).map(level).collect()
+    (0..).zip(basis::levels(bytes, header.levels, format)?).map(level).collect()
 }
 
 /// Bytes that are not compressed, or by Zstandard alone.

@@ -7,26 +7,11 @@ use super::parts::{Extent, NO_COLOR_LINEAR, Parts, from_origin, linear, plain_ma
 use super::smooth::{Smoothing, smooth};
 use super::text::{self, Line, at_line};
 use crate::Primitive;
+use crate::formats::detect::{STL_HEADER_BYTES, STL_TRIANGLE_BYTES, is_stl_text, stl_bytes};
 use crate::gltf_file::{LoadError, Loaded};
 use crate::tally::Tally;
 use glam::Vec3;
 use std::collections::HashMap;
-
-const HEADER_BYTES: usize = 84;
-const TRIANGLE_BYTES: usize = 50;
-
-/// How long a file of bytes is that begins so.
-pub(super) fn binary_bytes(start: &[u8]) -> Option<u64> {
-    let count = start.get(80..HEADER_BYTES)?.try_into().ok()?;
-    Some(HEADER_BYTES as u64 + TRIANGLE_BYTES as u64 * u64::from(u32::from_le_bytes(count)))
-}
-
-/// Whether a file that begins so is text. The word `solid` alone does not tell: headers of bytes begin with it, too.
-pub(super) fn is_text(start: &[u8]) -> bool {
-    let (first, rest) = text::first_word(start);
-    let is_inside = |word: &[u8]| [&b"facet"[..], b"endsolid"].iter().any(|inside| word.eq_ignore_ascii_case(inside));
-    first.eq_ignore_ascii_case(b"solid") && text::words(rest).any(is_inside)
-}
 
 /// A body of the file.
 #[derive(Default)]
@@ -88,7 +73,7 @@ impl Solid {
 pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
     let start = bytes.get(..super::START_BYTES).unwrap_or(bytes);
     let mut parts = Parts::default();
-    let is_binary = binary_bytes(start) == Some(bytes.len() as u64) || !is_text(text::without_mark(start));
+    let is_binary = stl_bytes(start) == Some(bytes.len() as u64) || !is_stl_text(text::without_mark(start));
     let (solids, origin) = match is_binary {
         true => (vec![read_binary(bytes, &mut parts)?], Vec3::ZERO),
         false => read_near(bytes, &mut parts.warnings)?,
@@ -136,14 +121,14 @@ fn color_triangles(primitive: &mut Primitive, colors: &[[f32; 4]]) {
 }
 
 fn read_binary(bytes: &[u8], parts: &mut Parts) -> Result<Solid, LoadError> {
-    let Some(expected) = binary_bytes(bytes) else {
+    let Some(expected) = stl_bytes(bytes) else {
         let message = format!(
-            "not an STL file: it has {} bytes, and the header of one takes {HEADER_BYTES}; is it cut off?",
+            "not an STL file: it has {} bytes, and the header of one takes {STL_HEADER_BYTES}; is it cut off?",
             bytes.len()
         );
         return Err(LoadError::malformed("", message));
     };
-    let count = (expected - HEADER_BYTES as u64) / TRIANGLE_BYTES as u64;
+    let count = (expected - STL_HEADER_BYTES as u64) / STL_TRIANGLE_BYTES as u64;
     if expected > bytes.len() as u64 {
         let message = format!(
             "the header counts {count} triangles, which take {expected} bytes, and the file has {}; is it cut off?",
@@ -156,7 +141,7 @@ fn read_binary(bytes: &[u8], parts: &mut Parts) -> Result<Solid, LoadError> {
     }
     let colors = Colors::of_header(bytes.get(..80).unwrap_or_default());
     let mut solid = Solid::default();
-    let records = bytes.get(HEADER_BYTES..expected as usize).unwrap_or_default().chunks_exact(TRIANGLE_BYTES);
+    let records = bytes.get(STL_HEADER_BYTES..expected as usize).unwrap_or_default().chunks_exact(STL_TRIANGLE_BYTES);
     for (i, record) in records.enumerate() {
         // The normal comes first.
         for (corner, words) in record.get(12..48).unwrap_or_default().chunks_exact(12).enumerate() {
@@ -165,7 +150,7 @@ fn read_binary(bytes: &[u8], parts: &mut Parts) -> Result<Solid, LoadError> {
                 *value = word.try_into().map_or(f32::NAN, f32::from_le_bytes);
             }
             if position.iter().any(|value| !value.is_finite()) {
-                let place = format!("byte {}", HEADER_BYTES + i * TRIANGLE_BYTES + 12 + 12 * corner);
+                let place = format!("byte {}", STL_HEADER_BYTES + i * STL_TRIANGLE_BYTES + 12 + 12 * corner);
                 let message = format!("a corner of triangle {i} is at {position:?}, which is no place");
                 return Err(LoadError::malformed(&place, message));
             }

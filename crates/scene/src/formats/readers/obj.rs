@@ -57,19 +57,6 @@ const UNREAD: [&[u8]; 27] = [
 
 type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
 
-/// Whether the first statement of a text is one of OBJ.
-pub(super) fn is_obj(start: &[u8]) -> bool {
-    let lines = start.split(|byte| matches!(byte, b'\n' | b'\r'));
-    let first = lines.map(text::first_word).find(|(word, _)| {
-        let is_comment = word.first() == Some(&b'#');
-        !word.is_empty() && !is_comment
-    });
-    let is_statement = |word: &[u8]| {
-        [&b"v"[..], b"vt", b"vn", b"f", b"o", b"g", b"s", b"l", b"p", b"mtllib", b"usemtl"].contains(&word)
-    };
-    first.is_some_and(|(word, rest)| is_statement(word) && !rest.is_empty())
-}
-
 /// A corner: indices of its position, texture coordinate and normal.
 type Corner = [u32; 3];
 

@@ -1,8 +1,8 @@
 //! From XML to objects. Nothing here is followed yet: what a part names may not be there.
 
 use super::package::{Package, part_name};
-use crate::formats::parts::from_middle;
-use crate::formats::text;
+use crate::formats::readers::parts::from_middle;
+use crate::formats::readers::text;
 use crate::gltf_file::LoadError;
 use crate::tally::Tally;
 use crate::{Sampler, Wrap};

@@ -2,9 +2,9 @@
 
 use super::package::Package;
 use super::xml::{Item, Key, Model, Object, Property, TextureFile, Triangle};
-use crate::formats::image_files::{ImageFiles, texture};
-use crate::formats::parts::{Parts, by_material, linear, plain_material};
-use crate::formats::smooth::{Smoothing, smooth, weld};
+use crate::formats::readers::image_files::{ImageFiles, texture};
+use crate::formats::readers::parts::{Parts, by_material, linear, plain_material};
+use crate::formats::readers::smooth::{Smoothing, smooth, weld};
 use crate::gltf_file::{LoadError, Loaded};
 use crate::{AlphaMode, Material, Node, NodeId, Primitive, Scene, TextureRef, TextureTransform};
 use glam::{DMat4, DVec4, Vec3, Vec4};

@@ -3,10 +3,7 @@
 use crate::gltf_file::LoadError;
 use std::borrow::Cow;
 
-/// Without the mark that some programs write before UTF-8.
-pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
-    bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
-}
+pub(super) use crate::formats::detect::{first_word, without_mark, words};
 
 /// The lines with their numbers, from 1. They end in LF, CR LF or, in files of old, CR. One that ends in a backslash
 /// goes on in the next.
@@ -52,22 +49,9 @@ fn without_continuation(line: &[u8]) -> Option<&[u8]> {
     line.trim_ascii_end().strip_suffix(b"\\")
 }
 
-/// The words of a line.
-pub(super) fn words(line: &[u8]) -> impl Iterator<Item = &[u8]> {
-    line.split(u8::is_ascii_whitespace).filter(|word| !word.is_empty())
-}
-
 /// The words before a comment, which begins with `#`.
 pub(super) fn words_before_comment(line: &[u8]) -> impl Iterator<Item = &[u8]> {
     words(line.split(|byte| *byte == b'#').next().unwrap_or_default())
-}
-
-/// The first word, and all after it.
-pub(super) fn first_word(line: &[u8]) -> (&[u8], &[u8]) {
-    let line = line.trim_ascii();
-    let end = line.iter().position(u8::is_ascii_whitespace).unwrap_or(line.len());
-    let (word, rest) = line.split_at_checked(end).unwrap_or((line, &[]));
-    (word, rest.trim_ascii())
 }
 
 /// A finite number.

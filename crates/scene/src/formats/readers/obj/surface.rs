@@ -1,11 +1,11 @@
 //! The triangles of an OBJ's polygons, with normals where the file has none.
 
 use super::{Corner, Element, File, NONE, Part, check, elements, push_vertex};
-use crate::formats::parts::{Parts, by_material};
-use crate::formats::polygon;
-use crate::formats::smooth::{Smoothing, smooth, weld};
-use crate::formats::text::Line;
-use crate::formats::two_sided::{LEFT_OUT, aligned, backs};
+use crate::formats::readers::parts::{Parts, by_material};
+use crate::formats::readers::polygon;
+use crate::formats::readers::smooth::{Smoothing, smooth, weld};
+use crate::formats::readers::text::Line;
+use crate::formats::readers::two_sided::{LEFT_OUT, aligned, backs};
 use crate::gltf_file::LoadError;
 use crate::tally::Tally;
 use crate::{Primitive, Topology};

@@ -2,9 +2,9 @@
 
 use super::elements::{Surface, Vertex};
 use super::{Contents, Has, Resolve, Triangles, WithNormals};
-use crate::formats::image_files::{ImageFiles, texture};
-use crate::formats::mtl::Named;
-use crate::formats::parts::{Parts, by_material, linear, plain_material};
+use crate::formats::readers::image_files::{ImageFiles, texture};
+use crate::formats::readers::mtl::Named;
+use crate::formats::readers::parts::{Parts, by_material, linear, plain_material};
 use crate::{Material, Primitive, Sampler, TextureRef, TextureTransform};
 use glam::Vec4;
 use ply_rs_bw::ply::{Header, PropertyAccess as _};

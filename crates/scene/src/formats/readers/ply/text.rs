@@ -1,7 +1,7 @@
 //! The elements of a PLY file of text, one a line.
 
 use super::faults;
-use crate::formats::text::{at_line, words};
+use crate::formats::readers::text::{at_line, words};
 use crate::gltf_file::LoadError;
 use ply_rs_bw::ply::{ElementDef, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType};
 

@@ -1,0 +1,16 @@
+//! Stands in for the readers of all formats but glTF where the feature `formats` is off.
+
+use super::Format;
+use crate::gltf_file::{LoadError, Loaded};
+
+type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
+
+pub(super) fn load(_format: Format, _bytes: &[u8], _resolve: &mut Resolve) -> Result<Loaded, LoadError> {
+    let message =
+        "expected glTF: OBJ, STL, PLY and 3MF need the feature `formats`, without which this program was built";
+    Err(LoadError::malformed("", message))
+}
+
+pub(super) const fn names(_format: Format, _bytes: &[u8], _resolve: &mut Resolve) -> Vec<String> {
+    Vec::new()
+}
