@@ -20,10 +20,10 @@ pub use adaptation::{Adaptation, MeteringPattern};
 pub use settings::ExposureSettings;
 
 use crate::colour::finite_product;
+use crate::environment::picture::EnvironmentTiles;
 use crate::environment::studio::WITHOUT_KEY_LIGHT;
 use crate::environment::{Background, Environment, EnvironmentUniform, FILL_BACKDROP_SHARE, FILL_SHARE, PlacedPicture};
 use crate::request::FrameRequest;
-use crate::resources::environment::EnvironmentTiles;
 use glam::Quat;
 use manypass_scene::{EnvironmentLight, Scene};
 use std::str::FromStr;

@@ -96,6 +96,7 @@ mod diagnostic;
 mod draws;
 pub mod effect;
 pub mod environment;
+mod environment_tiles;
 pub mod exposure;
 mod fisheye;
 mod fog;

@@ -7,7 +7,7 @@ use super::declarations::{Borrowed, declarations, table_declarations};
 use super::rename::renamed;
 use super::steps::Step;
 use crate::gpu::Gpu;
-use crate::record::OWN_TEXTURES_MAX;
+use crate::shader::frame_group::OWN_TEXTURES_MAX;
 use crate::shader::locate;
 use crate::shader::program::Slot;
 use crate::shader::reflection::reflect_bindings_of;

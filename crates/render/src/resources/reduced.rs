@@ -9,9 +9,7 @@ use super::materials::{
 use super::means::{Laid, means};
 use super::pages::{Pages, Place};
 use super::textures::Textures;
-use crate::draws::Item;
 use crate::gpu::Gpu;
-use crate::levels::SurfaceForm;
 use glam::{Vec3, Vec4};
 use manypass_scene::{Material, Scene};
 use std::collections::{HashMap, HashSet};
@@ -25,17 +23,6 @@ pub(crate) enum FactorsOf {
     Plain,
     /// Without layers and textures.
     Untextured,
-}
-
-impl FactorsOf {
-    /// Those of an item whose surface has a form.
-    pub fn item(item: &Item, form: SurfaceForm) -> Self {
-        match form {
-            SurfaceForm::Untextured => Self::Untextured,
-            _ if item.is_reduced_to_plain(form) => Self::Plain,
-            _ => Self::Whole,
-        }
-    }
 }
 
 /// A primitive of a mesh.
