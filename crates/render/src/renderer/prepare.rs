@@ -12,8 +12,9 @@ use super::surroundings::FrameSurroundings;
 use super::visible::{FrameScene, VisibleSet};
 use crate::draws::WorldDraws;
 use crate::environment::lobe::FACES;
-use crate::overlay::Room;
+use crate::fisheye::FisheyeLens;
 use crate::overlay::draw::OverlayDraw;
+use crate::overlay::{OverlayView, Room};
 use crate::passes::adaptive;
 use crate::passes::probe_capture::CapturedProbe;
 use crate::pose::Deformation;
@@ -182,7 +183,11 @@ impl Renderer {
                 overlays.push(None);
                 continue;
             }
-            let overlay = state.overlay.prepare((&self.gpu, &self.resources.textures), scene, &asked.request, *room)?;
+            let request = &asked.request;
+            let size_px = (request.width, request.height);
+            let lens = FisheyeLens::new(&request.settings.camera, size_px);
+            let view = OverlayView { overlay: &request.overlay, camera: &request.camera, size_px, lens };
+            let overlay = state.overlay.prepare((&self.gpu, &self.resources.textures), scene, view, *room)?;
             next.stats.uploaded_bytes += overlay.uploaded_bytes;
             room.needed_bytes += overlay.texture_bytes;
             overlays.push(overlay.draw);
