@@ -1,9 +1,11 @@
 //! Which files of the renderer may import which: what makes a pass a room of its own. `imports/tree.rs` reads them.
 
+mod circles;
 mod made_up;
 mod tokens;
 mod tree;
 
+use circles::{Arrows, circles};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -39,6 +41,15 @@ fn renderer() -> &'static Tree {
 /// The pass in whose folder a file lies.
 fn pass_of(file: &str) -> Option<&str> {
     Some(file.strip_prefix("passes/")?.split_once('/')?.0)
+}
+
+/// The folder of a pass, or the module at the top with all that lies below it. `lib.rs` is in none: it declares them.
+fn folder_of(file: &str) -> Option<&str> {
+    if let Some(pass) = pass_of(file) {
+        return Some(&file[.."passes/".len() + pass.len()]);
+    }
+    let first = file.split_once('/').map_or_else(|| file.strip_suffix(".rs"), |(folder, _)| Some(folder));
+    first.filter(|folder| *folder != "lib")
 }
 
 #[test]
@@ -96,6 +107,31 @@ fn the_vocabulary_of_passes_imports_no_pass() {
         })
         .collect();
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Folders can be read one after the other, each with those that it imports. What two of them need lies below both.
+#[test]
+fn no_folders_lie_in_a_circle() {
+    let mut imports = BTreeMap::new();
+    let mut arrows = Arrows::new();
+    for (by, of, written) in renderer().imports() {
+        let (Some(from), Some(to)) = (folder_of(by), folder_of(of)) else { continue };
+        if from != to {
+            imports.entry((from, to)).or_insert((by, of, written));
+            arrows.entry(from).or_default().insert(to);
+        }
+    }
+    let has = |from: &str, to: &str| arrows.get(from).is_some_and(|all| all.contains(to));
+    assert!(has("frame", "passes/background") && has("passes/geometry", "gbuffer") && has("draws", "lights"));
+    let steps = |circle: Vec<&str>| {
+        let step = |pair: &[&str]| {
+            let (by, of, written) = imports.get(&(pair[0], pair[1])).copied().unwrap_or_default();
+            format!("{} → {}: {by} imports {of} ({written})", pair[0], pair[1])
+        };
+        circle.windows(2).map(step).collect::<Vec<_>>()
+    };
+    let found: Vec<_> = circles(&arrows).into_iter().map(steps).collect();
+    assert!(found.is_empty(), "folders import each other in a circle: {found:#?}");
 }
 
 #[test]
