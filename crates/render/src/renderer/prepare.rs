@@ -128,8 +128,14 @@ impl Renderer {
         let ground = self.prepare_ground(requests, &visible, &scene, next);
         let of_surroundings = requests.iter().find(|asked| asked.kind.bounce.is_none());
         let environment = of_surroundings.and_then(|asked| self.tiles_of(asked)).map(|tiles| tiles.view.clone());
-        let surroundings = of_surroundings
-            .and_then(|asked| self.prepare_surroundings(scene.scene, &asked.request, environment.as_ref(), next));
+        let surroundings = of_surroundings.and_then(|asked| {
+            self.prepare_surroundings(
+                scene.scene,
+                &asked.request,
+                environment.as_ref(),
+                (&mut next.surroundings, next.is_run),
+            )
+        });
         let mut setups = Vec::with_capacity(requests.len());
         for (at, (asked, of_view)) in requests.iter().zip(views.states.iter_mut().zip(visible)).enumerate() {
             let shared = SharedInputs {

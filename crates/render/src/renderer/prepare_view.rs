@@ -56,6 +56,13 @@ pub(super) struct ViewSetup {
     pub variables_uniform: ViewUniform,
 }
 
+impl ViewSetup {
+    /// What the view does after this sample.
+    pub fn adaptive_step(&self, asked: &ViewRequest) -> adaptive::Step {
+        if self.is_adaptive { asked.adaptive_step() } else { adaptive::Step::None }
+    }
+}
+
 /// What a view is prepared from that others have, too.
 pub(super) struct SharedInputs<'f> {
     pub shadows: Option<(&'f ViewShadows, &'f Atlas)>,
