@@ -1,4 +1,4 @@
-//! SceneLayers mirrors: which a view shows, and what is asked of the views behind them.
+//! Flat mirrors: which a view shows, and what is asked of the views behind them.
 
 use super::part::{Part, settings_of, widest_range};
 use super::view_kind::{Drawing, MirrorLink, MirrorView, Reflector, ViewKind};

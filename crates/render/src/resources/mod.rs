@@ -25,12 +25,13 @@ pub(crate) use clouds::Cloud;
 pub(crate) use decal_atlas::{DecalAtlas, ImageUse};
 pub(crate) use directional_albedo::directional_albedo_texels;
 pub(crate) use geometry::{Geometry, GpuPrimitive};
-pub(crate) use materials::{GpuMaterial, Materials, Sampled};
+pub(crate) use layers::FactorsOf;
+pub(crate) use materials::{GpuMaterial, Materials};
 pub(crate) use packing::monitors_of;
 pub(crate) use pages::Place;
-pub(crate) use reduced::{FactorsOf, ReducedMaterials};
+pub(crate) use reduced::ReducedMaterials;
 pub use settings::TextureSettings;
-pub(crate) use textures::{Textures, monitor_desc, monitor_fits};
+pub(crate) use textures::{Sampled, Textures, monitor_desc, monitor_fits};
 use vertices::is_deformed;
 pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDES, copies};
 
