@@ -1,9 +1,11 @@
 //! Which files of the renderer may import which: what makes a pass a room of its own. `imports/tree.rs` reads them.
 
+mod circles;
 mod made_up;
 mod tokens;
 mod tree;
 
+use circles::{Arrows, circles};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -39,6 +41,15 @@ fn renderer() -> &'static Tree {
 /// The pass in whose folder a file lies.
 fn pass_of(file: &str) -> Option<&str> {
     Some(file.strip_prefix("passes/")?.split_once('/')?.0)
+}
+
+/// The folder of a pass, or the module at the top with all that lies below it. `lib.rs` is in none: it declares them.
+fn folder_of(file: &str) -> Option<&str> {
+    if let Some(pass) = pass_of(file) {
+        return Some(&file[.."passes/".len() + pass.len()]);
+    }
+    let first = file.split_once('/').map_or_else(|| file.strip_suffix(".rs"), |(folder, _)| Some(folder));
+    first.filter(|folder| *folder != "lib")
 }
 
 #[test]
@@ -96,6 +107,45 @@ fn the_vocabulary_of_passes_imports_no_pass() {
         })
         .collect();
     assert!(wrong.is_empty(), "{wrong:#?}");
+}
+
+/// Who imports whom among what `group_of` makes of files, and the circles there, each with the imports that make it up.
+fn circles_of(group_of: impl Fn(&str) -> Option<&str>) -> (Arrows<'static>, Vec<Vec<String>>) {
+    let mut imports = BTreeMap::new();
+    let mut arrows = Arrows::new();
+    for (by, of, written) in renderer().imports() {
+        let (Some(from), Some(to)) = (group_of(by), group_of(of)) else { continue };
+        if from != to {
+            imports.entry((from, to)).or_insert((by, of, written));
+            arrows.entry(from).or_default().insert(to);
+        }
+    }
+    let steps = |circle: Vec<&str>| {
+        let step = |pair: &[&str]| {
+            let (by, of, written) = imports.get(&(pair[0], pair[1])).copied().unwrap_or_default();
+            format!("{} → {}: {by} imports {of} ({written})", pair[0], pair[1])
+        };
+        circle.windows(2).map(step).collect()
+    };
+    let found = circles(&arrows).into_iter().map(steps).collect();
+    (arrows, found)
+}
+
+/// Folders can be read one after the other, each with those that it imports. What two of them need lies below both.
+#[test]
+fn no_folders_lie_in_a_circle() {
+    let (arrows, found) = circles_of(folder_of);
+    let has = |from: &str, to: &str| arrows.get(from).is_some_and(|all| all.contains(to));
+    assert!(has("frame", "passes/background") && has("passes/geometry", "gbuffer") && has("draws", "lights"));
+    assert!(found.is_empty(), "folders import each other in a circle: {found:#?}");
+}
+
+/// So can the files that carry out a frame. `renderer.rs` is left out: it has the type whose methods they are.
+#[test]
+fn no_files_below_the_renderer_lie_in_a_circle() {
+    let (arrows, found) = circles_of(|file| file.starts_with("renderer/").then_some(file));
+    assert!(arrows.get("renderer/submit.rs").is_some_and(|all| all.contains("renderer/record.rs")), "{arrows:?}");
+    assert!(found.is_empty(), "files import each other in a circle: {found:#?}");
 }
 
 #[test]

@@ -3,13 +3,15 @@
 
 mod exports;
 mod info;
+mod pass_picture;
 mod pixels;
 mod settings;
 #[cfg(not(target_arch = "wasm32"))]
 mod tap;
 
-pub(crate) use exports::{AovExports, AovTextures};
+pub(crate) use exports::{AovExports, AovTextures, MissingExport};
 pub use info::{AovInfo, PngEncoding};
+pub use pass_picture::PassPicture;
 use pixels::GbufferPixels;
 pub(crate) use pixels::f32_from_half;
 pub use settings::AovSettings;

@@ -13,12 +13,11 @@ mod header;
 mod library;
 mod lut;
 mod rename;
-mod settings;
 mod steps;
 mod wgsl;
 
+pub use crate::settings::EffectSettings;
 pub use file::EffectFile;
-pub use settings::EffectSettings;
 pub use wgsl::WgslEffect;
 
 pub(crate) use chain::{FrameTextures, is_read, record};

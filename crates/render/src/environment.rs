@@ -4,11 +4,11 @@
 mod computed;
 pub(crate) mod lobe;
 mod mean;
+pub(crate) mod picture;
 mod radiance;
 mod settings;
 pub(crate) mod stored;
 pub(crate) mod studio;
-pub(crate) mod tiles;
 
 pub(crate) use computed::ComputedEnvironments;
 pub use radiance::EnvironmentRadiance;
@@ -16,12 +16,12 @@ pub use settings::EnvironmentSettings;
 
 use crate::colour::{finite_product, linear_from_srgb, srgb_from_linear};
 use crate::probes::ProbesUniforms;
-use crate::resources::environment::EnvironmentTiles;
 use crate::surroundings::SurroundingsUniforms;
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec3, Vec4};
 use manypass_scene::environment::suns;
 use manypass_scene::{Cache, EnvironmentLight, Scene};
+use picture::EnvironmentTiles;
 use std::sync::Arc;
 
 /// The environment, which lights the scene from all sides: a studio, the sky, a picture or none.

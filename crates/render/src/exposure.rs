@@ -11,21 +11,15 @@
 
 mod adaptation;
 mod anchor;
-mod lamps;
 mod settings;
 
-pub(crate) use anchor::{Anchor, HIGHLIGHT_SHARES, color_excess_stops, highlight_excess_stops};
+pub(crate) use anchor::{Anchor, HIGHLIGHT_SHARES, color_excess_stops, highlight_excess_stops, luminance};
 
 pub use adaptation::{Adaptation, MeteringPattern};
 pub use settings::ExposureSettings;
 
-use crate::colour::finite_product;
-use crate::environment::studio::WITHOUT_KEY_LIGHT;
-use crate::environment::{Background, Environment, EnvironmentUniform, FILL_BACKDROP_SHARE, FILL_SHARE, PlacedPicture};
-use crate::request::FrameRequest;
-use crate::resources::environment::EnvironmentTiles;
-use glam::Quat;
-use manypass_scene::{EnvironmentLight, Scene};
+use crate::environment::Environment;
+use manypass_scene::Scene;
 use std::str::FromStr;
 
 /// The luminance of mid grey: what reflects 18 % of the light reads as halfway between black and white.
@@ -191,89 +185,10 @@ impl Metering {
     pub(crate) const DARK: f64 = 0.005_182;
 
     /// How far lamps leave a scene unlit: 0 where they light half of it or more, 1 where nearly nothing.
-    fn unlit(&self) -> f32 {
+    pub(crate) fn unlit(&self) -> f32 {
         let [some, most] = UNLIT_SHARES;
         let along = ((self.dark_share as f32 - some) / (most - some)).clamp(0.0, 1.0);
         along * along * (3.0 - 2.0 * along)
-    }
-}
-
-impl FrameRequest {
-    /// Whether [`Self::metering`] decides anything: automatic exposure, the faint studio beside the scene's own lights,
-    /// and radiance that will be read go by it.
-    pub fn needs_metering(&self, exposure: Exposure) -> bool {
-        let has_fill = self.settings.environment.source == Environment::Fill;
-        matches!(exposure, Exposure::Auto { .. }) || has_fill || self.averages_radiance()
-    }
-
-    /// Puts `exposure` and what was metered into the request. Under a given exposure lamps are as they are.
-    pub fn expose(&mut self, exposure: Exposure, metering: Option<Metering>) {
-        let is_auto = matches!(exposure, Exposure::Auto { .. });
-        let lamps = |metering: Metering| if is_auto { metering.lamp_stops } else { 0.0 };
-        self.settings.exposure.stops = exposure;
-        self.metering = metering.map(|metering| Metering { lamp_stops: lamps(metering), ..metering });
-    }
-
-    /// Radiance is multiplied by 2 to the power of this for the picture; 0 leaves it as it is.
-    pub fn exposure_stops(&self) -> f32 {
-        self.settings.exposure.stops.stops(self.metering.as_ref())
-    }
-
-    /// Radiance in the frame is multiplied by this.
-    pub fn pre_exposure(&self) -> f32 {
-        let stops = self.metering.map_or(self.exposure_stops(), |metering| metering.pre_exposure_stops as f32);
-        stops.clamp(-100.0, 100.0).exp2()
-    }
-
-    /// From pre-exposed radiance to what the tone curve takes.
-    pub(crate) fn display_exposure(&self) -> f32 {
-        match self.metering {
-            None => 1.0,
-            Some(metering) => (self.exposure_stops() - metering.pre_exposure_stops as f32).clamp(-120.0, 120.0).exp2(),
-        }
-    }
-
-    /// The background, and what a colour of it is multiplied by to be the radiance that this exposure shows with its
-    /// value.
-    pub(crate) fn background_radiance(&self) -> (Background, f32) {
-        (self.settings.background.source, (-self.exposure_stops()).clamp(-120.0, 120.0).exp2())
-    }
-
-    /// What light of the environment and what the camera sees of it are multiplied by: its intensity, and what makes it
-    /// faint where it is a fill.
-    fn environment_scales(&self) -> [f32; 2] {
-        let environment = &self.settings.environment;
-        let (light, backdrop) = match (environment.source, self.metering) {
-            (Environment::Fill, Some(Metering { log_average_luminance: None, .. })) => (WITHOUT_KEY_LIGHT, 1.0),
-            (Environment::Fill, metering) => {
-                let level = metering.map_or(1.0, |metering| (-metering.stops).exp2());
-                let unlit = metering.map_or(0.0, |metering| metering.unlit());
-                let share = |least: f32| least + (1.0 - least) * unlit;
-                (WITHOUT_KEY_LIGHT * share(FILL_SHARE) * level, share(FILL_BACKDROP_SHARE) * level)
-            }
-            _ => (1.0, 1.0),
-        };
-        [light, backdrop].map(|scale| scale * environment.intensity)
-    }
-
-    /// The light that an environment brings, turned and scaled as that is; none where it gives no light.
-    pub(crate) fn environment_light(&self, light: &EnvironmentLight) -> Option<EnvironmentLight> {
-        let [scale, _] = self.environment_scales();
-        let irradiance = light.irradiance.map(|value| finite_product(value, scale));
-        let direction = Quat::from_rotation_y(self.settings.environment.rotation_deg.to_radians()) * light.direction;
-        (irradiance.max_element() > 0.0).then_some(EnvironmentLight { direction, irradiance, ..*light })
-    }
-
-    /// The uniform of the environment: pre-exposed, and faint where it is a fill.
-    pub(crate) fn environment_uniform(&self, tiles: Option<&EnvironmentTiles>) -> EnvironmentUniform {
-        let environment = &self.settings.environment;
-        let [light, backdrop] = self.environment_scales().map(|scale| scale * self.pre_exposure());
-        let (rotation_deg, blur) = (environment.rotation_deg, self.settings.background.blur);
-        let mut uniform = EnvironmentUniform::new(environment.source, light, backdrop);
-        if let Some(tiles) = tiles {
-            PlacedPicture { tiles, rotation_deg, blur }.place(&mut uniform, light, backdrop);
-        }
-        uniform
     }
 }
 

@@ -96,6 +96,7 @@ mod diagnostic;
 mod draws;
 pub mod effect;
 pub mod environment;
+mod environment_tiles;
 pub mod exposure;
 mod fisheye;
 mod fog;
@@ -140,7 +141,7 @@ mod user_shader;
 mod view;
 mod waves;
 
-pub use aov::{Aov, AovInfo, AovPixels, PngEncoding};
+pub use aov::{Aov, AovInfo, AovPixels, PassPicture, PngEncoding};
 pub use camera_settings::{Fisheye, FisheyeFrame};
 pub use diagnostic::Diagnostic;
 pub use effect::{Effect, EffectFile, EffectStage, WgslEffect};
@@ -175,7 +176,7 @@ pub use render_settings::Path;
 #[cfg(target_arch = "wasm32")]
 pub use renderer::Pipelines;
 pub use renderer::{RenderedView, Renderer};
-pub use request::{Averaging, FrameRequest, FrameStats, PairCounts, PassPicture, RenderError};
+pub use request::{Averaging, FrameRequest, FrameStats, PairCounts, RenderError};
 pub use resolution::Resolution;
 pub use resources::estimate::upload_bytes;
 pub use resources::layers::{ShadedIn, layer_names};

@@ -13,8 +13,8 @@ mod shape;
 use crate::fisheye::FisheyeLens;
 use crate::gpu::data_texture::DataTexture;
 use crate::gpu::{Gpu, destroy};
-use crate::request::FrameRequest;
 use crate::resources::Textures;
+use crate::view::View;
 use atlas::Atlas;
 use draw::{OverlayDraw, OverlayRun};
 use manypass_scene::Scene;
@@ -155,8 +155,19 @@ struct ReadyOverlay {
     atlas_side: u32,
 }
 
+/// An overlay, and from where the world below it is seen.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct OverlayView<'v> {
+    pub overlay: &'v Arc<Overlay>,
+    pub camera: &'v View,
+    /// Width and height of the picture.
+    pub size_px: (u32, u32),
+    /// That of a fisheye picture.
+    pub lens: Option<FisheyeLens>,
+}
+
 impl OverlayState {
-    /// Makes the overlay of `request` ready.
+    /// Makes the overlay of `view` ready.
     ///
     /// # Errors
     /// An item cannot be drawn, all of them are too many, or there is no `room` for them.
@@ -164,28 +175,28 @@ impl OverlayState {
         &mut self,
         (gpu, textures): (&Gpu, &Textures),
         scene: &Scene,
-        request: &FrameRequest,
+        view: OverlayView<'_>,
         room: Room,
     ) -> Result<Prepared, OverlayError> {
-        if request.overlay.items.is_empty() {
+        if view.overlay.items.is_empty() {
             if let Some(former) = std::mem::take(self).ready {
                 destroy(&former.atlas);
             }
             return Ok(Prepared::default());
         }
         let mut texture_bytes = 0;
-        if let Some(former) = self.ready.take_if(|ready| !Arc::ptr_eq(&ready.overlay, &request.overlay)) {
+        if let Some(former) = self.ready.take_if(|ready| !Arc::ptr_eq(&ready.overlay, view.overlay)) {
             destroy(&former.atlas);
         }
         let ready = match self.ready.take() {
             Some(ready) => self.ready.insert(ready),
             None => {
-                let (ready, bytes) = ReadyOverlay::new(gpu, &request.overlay, room)?;
+                let (ready, bytes) = ReadyOverlay::new(gpu, view.overlay, room)?;
                 texture_bytes += bytes;
                 self.ready.insert(ready)
             }
         };
-        let quads = ready.quads(scene, request)?;
+        let quads = ready.quads(scene, view)?;
         if quads.texels.is_empty() {
             return Ok(Prepared { draw: None, uploaded_bytes: texture_bytes, texture_bytes });
         }
@@ -243,14 +254,13 @@ impl ReadyOverlay {
     }
 
     /// The rectangles of a picture.
-    fn quads(&self, scene: &Scene, request: &FrameRequest) -> Result<Quads, OverlayError> {
-        let lens = FisheyeLens::new(&request.settings.camera, (request.width, request.height));
-        if lens.is_some()
+    fn quads(&self, scene: &Scene, view: OverlayView<'_>) -> Result<Quads, OverlayError> {
+        if view.lens.is_some()
             && let Some(item) = self.overlay.items.iter().position(|item| item.depth_test)
         {
             return Err(OverlayError::FisheyeDepth { item });
         }
-        let projector = Projector::new(&request.camera, (request.width, request.height), lens);
+        let projector = Projector::new(view.camera, view.size_px, view.lens);
         let mut quads = Quads::default();
         let names = quads::node_names(scene, &self.overlay);
         for (index, (item, shape)) in self.overlay.items.iter().zip(&self.shapes).enumerate() {

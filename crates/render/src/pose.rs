@@ -1,6 +1,9 @@
 //! Where everything was in the previous frame, from which motion is computed.
 
-use crate::draws::Deformation;
+mod deformation;
+
+pub(crate) use deformation::{Deformation, Joints};
+
 use crate::view::View;
 use glam::Mat4;
 use manypass_scene::{Node, Scene};

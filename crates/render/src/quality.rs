@@ -2,10 +2,8 @@
 
 mod budget;
 mod controller;
-mod settings;
 
 pub use budget::QualityBudget;
-pub use settings::QualitySettings;
 
 use crate::setting::{SettingsError, choices};
 use crate::settings::Settings;

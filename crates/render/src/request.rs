@@ -1,10 +1,12 @@
 //! What a frame is asked for, and what is told of it afterwards.
 
 mod error;
+mod exposure;
+mod lamps;
 mod stats;
 
 pub use error::RenderError;
-pub use stats::{FrameStats, PairCounts, PassPicture};
+pub use stats::{FrameStats, PairCounts};
 
 use crate::aov::Aov;
 use crate::camera_settings::Fisheye;

@@ -1,6 +1,6 @@
 //! What stands for the environment in parts of the scene: where its tiles lie, and what shaders know of it.
 
-use crate::environment::tiles::{Tile, TileSides, texture_size};
+use crate::environment_tiles::{Tile, TileSides, texture_size};
 use bytemuck::{Pod, Zeroable};
 use glam::{Mat4, Vec3, Vec4};
 use manypass_scene::Scene;

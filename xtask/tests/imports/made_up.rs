@@ -1,5 +1,6 @@
-//! What the reader of imports makes of small trees that are made up.
+//! What the reader of imports makes of small trees that are made up, and which circles are found in small graphs.
 
+use super::circles::{Arrows, circles};
 use super::tree::Tree;
 use std::collections::BTreeMap;
 
@@ -136,4 +137,23 @@ fn ways_are_found_through_others() {
     );
     assert!(tree.chain("frame.rs", "frame.rs").is_some(), "a circle");
     assert!(tree.chain("passes/mod.rs", "frame.rs").is_none(), "declaring a module imports nothing");
+}
+
+fn arrows(pairs: &[(&'static str, &'static str)]) -> Arrows<'static> {
+    let mut arrows = Arrows::new();
+    for (by, of) in pairs {
+        arrows.entry(*by).or_default().insert(*of);
+    }
+    arrows
+}
+
+#[test]
+fn what_leads_one_way_is_no_circle() {
+    assert!(circles(&arrows(&[("a", "b"), ("a", "c"), ("b", "d"), ("c", "d")])).is_empty());
+}
+
+#[test]
+fn each_circle_is_found_by_its_shortest_way() {
+    let two = [("a", "b"), ("b", "c"), ("c", "a"), ("c", "b"), ("d", "a"), ("e", "f"), ("f", "e"), ("c", "e")];
+    assert_eq!(circles(&arrows(&two)), [vec!["a", "b", "c", "a"], vec!["e", "f", "e"]]);
 }

@@ -2,8 +2,7 @@
 
 use super::{Aov, AovPixels, GbufferPixels};
 use crate::gbuffer::ViewOutputs;
-use crate::gpu::{Gpu, readback};
-use crate::request::RenderError;
+use crate::gpu::{Gpu, GpuError, readback};
 use crate::view::ViewUniform;
 use glam::Vec3;
 use manypass_graph::{Export, Graph, Run};
@@ -19,6 +18,10 @@ pub(crate) struct AovExports {
     motion: Option<Export>,
     occlusion_screen: Option<Export>,
 }
+
+/// An exported texture is not there.
+#[derive(Debug)]
+pub(crate) struct MissingExport;
 
 impl AovExports {
     /// Exports every target of `outputs` that a variable is made of.
@@ -40,11 +43,9 @@ impl AovExports {
     ///
     /// # Errors
     /// An exported texture is not there.
-    pub fn textures(&self, run: &Run, view: ViewUniform, origin_m: Vec3) -> Result<Option<AovTextures>, RenderError> {
+    pub fn textures(&self, run: &Run, view: ViewUniform, origin_m: Vec3) -> Result<Option<AovTextures>, MissingExport> {
         let Some([base_color, normal, material, linear_depth]) = self.gbuffer else { return Ok(None) };
-        let exported = |export: Export| {
-            run.exported(export).cloned().ok_or(RenderError::Internal("an exported texture is missing"))
-        };
+        let exported = |export: Export| run.exported(export).cloned().ok_or(MissingExport);
         Ok(Some(AovTextures {
             view,
             origin_m,
@@ -87,7 +88,7 @@ impl AovTextures {
     ///
     /// # Errors
     /// The device was lost.
-    pub async fn read(&self, gpu: &Gpu, aov: Aov, rows: Range<u32>) -> Result<Option<AovPixels>, RenderError> {
+    pub async fn read(&self, gpu: &Gpu, aov: Aov, rows: Range<u32>) -> Result<Option<AovPixels>, GpuError> {
         let height = self.linear_depth.height();
         let rows = rows.start.min(height)..rows.end.min(height);
         let mut pixels = GbufferPixels::of_rows(self.view, self.origin_m, rows.clone());
@@ -112,6 +113,6 @@ impl AovTextures {
                 }
             }
         }
-        Ok(pixels.read(aov)?)
+        pixels.read(aov)
     }
 }

@@ -1,5 +1,6 @@
 //! Targets of passes as something to look at.
 
+use super::PassPicture;
 use super::pixels::f32_from_half;
 use crate::colour::srgb_from_linear;
 use crate::constants::DISTANCE_BACKGROUND_M;
@@ -14,7 +15,7 @@ const MOTION_MAX_PX: f32 = 32.0;
 
 /// A tapped target as something to look at, by what its pass says that it holds, or else by its format; none where it
 /// has a format that does not hold that.
-pub(crate) fn tap_picture(tap: &TapPixels, texels: Option<Texels>) -> Option<crate::PassPicture> {
+pub(crate) fn tap_picture(tap: &TapPixels, texels: Option<Texels>) -> Option<PassPicture> {
     let rgba8 = match texels.or_else(|| Texels::of_format(tap.format))? {
         Texels::Color => colors(tap)?,
         Texels::Share => grey(first_channel(tap)?.into_iter().map(byte)),
@@ -34,7 +35,7 @@ pub(crate) fn tap_picture(tap: &TapPixels, texels: Option<Texels>) -> Option<cra
     } else {
         format!("{} > {}", tap.pass, tap.texture)
     };
-    Some(crate::PassPicture { name, width: tap.width, height: tap.height, rgba8, legend: Vec::new() })
+    Some(PassPicture { name, width: tap.width, height: tap.height, rgba8, legend: Vec::new() })
 }
 
 /// The byte of a share from 0 to 1; 0 of what is no number.

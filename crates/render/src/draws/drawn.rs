@@ -1,6 +1,5 @@
 //! Primitives of nodes with all that poses them: what becomes an item and an instance.
 
-use super::deformation::Joints;
 use super::leveled::ItemLevels;
 use super::world::{Extent, Item};
 use super::{Axes, Faces, NORMAL_MAP};
@@ -8,6 +7,7 @@ use crate::constants::{
     LAYER_LIGHT_MAP, LAYER_STEPS, LAYER_TRANSMISSION, LAYER_VOLUME, SHARP_ROUGHNESS, WITHOUT_NORMALS,
 };
 use crate::levels::{SurfaceForm, SurfaceForms};
+use crate::pose::Joints;
 use crate::resources::layers::SEEN_LARGE;
 use crate::resources::{GpuMaterial, GpuPrimitive, Instance, ReducedMaterials, copies};
 use manypass_scene::{Node, NodeId, Topology};

@@ -1,9 +1,10 @@
 //! Which items have levels of detail, and which a view shows.
 
 use super::ball::Ball;
+use super::fading::{Side, faded};
 use super::list::Draw;
 use super::world::{Item, WorldDraws};
-use crate::levels::{Choice, Chooser, Group, Side, SurfaceForm, faded};
+use crate::levels::{Choice, Chooser, Group, SurfaceForm};
 use crate::resources::{Geometry, GpuPrimitive, Instance};
 use glam::Vec3;
 use manypass_scene::{Aabb, LevelOf, Levels, Node, NodeId, Scene, Topology};

@@ -2,9 +2,10 @@
 
 mod ball;
 mod clouds;
-mod deformation;
+mod decals;
 mod drawn;
 mod extent;
+mod fading;
 mod glass;
 mod leveled;
 mod list;
@@ -14,7 +15,8 @@ mod unsettled;
 mod world;
 
 pub(crate) use clouds::VisibleClouds;
-pub(crate) use deformation::Deformation;
+pub(crate) use decals::DecalDraws;
+pub(crate) use fading::{FADES, faded_id};
 pub(crate) use glass::layers_of_glass;
 pub(crate) use leveled::Form;
 pub(crate) use list::{Draw, DrawList, may_show};

@@ -1,9 +1,10 @@
 //! What is kept of a frame for the next one, which mostly shows the same: items while nothing of the scene has changed,
 //! and lists while views see it from the same place.
 
+use super::decals::find_touched;
 use super::list::DrawList;
 use super::world::{Item, WorldDraws};
-use crate::decals::{SharedDecals, find_touched};
+use crate::decals::SharedDecals;
 use crate::levels::Chooser;
 use crate::resources::SceneResources;
 use crate::view::ViewUniform;

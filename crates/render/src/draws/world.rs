@@ -1,7 +1,6 @@
 //! The instances of a frame: every primitive of every visible node, posed once, in the order in which they are drawn.
 
 use super::ball::Ball;
-use super::deformation::Deformation;
 use super::drawn::{Deformed, Drawn, program_key};
 use super::leveled::{ItemLevels, LevelTag, MeshLevels, NodeGroups, group_of};
 use super::still::{KnownLists, WorldInputs, flat_nodes, next_version};
@@ -10,8 +9,9 @@ use crate::constants::{LAYER_LIGHT_MAP, WITHOUT_NORMALS};
 use crate::decals::SharedDecals;
 use crate::levels::{Group, SurfaceForm, SurfaceForms};
 use crate::lights::ObjectBounds;
+use crate::pose::Deformation;
 use crate::resources::layers::{SEEN_LARGE, SHADED_WHERE_DRAWN};
-use crate::resources::{Cloud, Instance, SceneResources};
+use crate::resources::{Cloud, FactorsOf, Instance, SceneResources};
 use glam::{Mat4, Vec3, Vec4};
 use manypass_scene::{Aabb, NodeId, Scene, Topology};
 use std::collections::BTreeSet;
@@ -120,9 +120,15 @@ impl Item {
             }
     }
 
-    /// Whether what the G-buffer holds of its material is all that it has in a form, but not in the whole.
-    pub fn is_reduced_to_plain(&self, form: SurfaceForm) -> bool {
-        self.layers & SHADED_WHERE_DRAWN != 0 && self.layers_in(form) & SHADED_WHERE_DRAWN == 0
+    /// The factors of its material where its surface has a form.
+    pub fn factors_in(&self, form: SurfaceForm) -> FactorsOf {
+        // Whether what the G-buffer holds is all that it has in this form, but not in the whole.
+        let is_reduced = self.layers & SHADED_WHERE_DRAWN != 0 && self.layers_in(form) & SHADED_WHERE_DRAWN == 0;
+        match form {
+            SurfaceForm::Untextured => FactorsOf::Untextured,
+            _ if is_reduced => FactorsOf::Plain,
+            _ => FactorsOf::Whole,
+        }
     }
 }
 

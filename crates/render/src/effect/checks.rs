@@ -5,7 +5,7 @@ use super::fused::PIXEL_ENTRY;
 use super::header::{Header, READS};
 use super::steps::{self, Step};
 use crate::diagnostic::Diagnostic;
-use crate::record::OWN_TEXTURES_MAX;
+use crate::shader::frame_group::OWN_TEXTURES_MAX;
 use crate::shader::locate;
 use crate::shader::program::Slot;
 use crate::user_shader::Source;

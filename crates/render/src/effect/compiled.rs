@@ -2,7 +2,6 @@
 
 use super::EffectStage;
 use super::declarations::Borrowed;
-use super::fused::Pixel;
 use super::steps::Step;
 use crate::gbuffer::RADIANCE;
 use crate::gpu::Gpu;
@@ -28,6 +27,17 @@ pub(super) struct Compiled {
     pub tables: Vec<(String, wgpu::TextureView)>,
     /// How it changes a pixel, if it knows that pixel alone.
     pub pixel: Option<Pixel>,
+}
+
+/// How an effect changes a pixel.
+#[derive(Debug)]
+pub(super) struct Pixel {
+    /// The text of its file, as it was compiled.
+    pub text: String,
+    /// Its function, from a colour and a position to a colour.
+    pub function: String,
+    /// Whether it finds `drawn` declared.
+    pub finds_drawn: bool,
 }
 
 /// A pass of an effect on a device.

@@ -1,9 +1,10 @@
 //! What the words of a header let an effect's shader find declared beside the prelude. Only they do, so that files without
 //! them may give their own things these names.
 
-use super::header::IDS;
 use std::fmt::Write;
 
+/// The texture of the ids of nodes and materials, whose texels are whole numbers.
+pub(super) const IDS: &str = "ids";
 /// The first binding of textures that a header declares; those before are the prelude's.
 pub(super) const FIRST_TEXTURE: u32 = 10;
 /// The first binding of tables.

@@ -2,7 +2,8 @@
 
 use super::chain::FrameTextures;
 use super::compiled::{Compiled, CompiledStep};
-use super::header::{DISPLAY, IDS};
+use super::declarations::IDS;
+use super::header::DISPLAY;
 use super::{EffectStage, WgslEffect};
 use crate::gbuffer::RADIANCE;
 use crate::record::Recorder;

@@ -7,7 +7,7 @@ use super::declarations::{Borrowed, declarations, table_declarations};
 use super::rename::renamed;
 use super::steps::Step;
 use crate::gpu::Gpu;
-use crate::record::OWN_TEXTURES_MAX;
+use crate::shader::frame_group::OWN_TEXTURES_MAX;
 use crate::shader::locate;
 use crate::shader::program::Slot;
 use crate::shader::reflection::reflect_bindings_of;
@@ -21,17 +21,6 @@ pub(super) const PIXEL_ENTRY: &str = "fs_each_pixel";
 pub(super) const FUSED_EFFECTS_MAX: usize = 8;
 /// So many uniforms of theirs fit a stage on every adapter, beside those of the view and of `drawn`.
 pub(super) const FUSED_UNIFORMS_MAX: usize = 8;
-
-/// How an effect changes a pixel.
-#[derive(Debug)]
-pub(super) struct Pixel {
-    /// The text of its file, as it was compiled.
-    pub text: String,
-    /// Its function, from a colour and a position to a colour.
-    pub function: String,
-    /// Whether it finds `drawn` declared.
-    pub finds_drawn: bool,
-}
 
 /// The pass that several effects share.
 #[derive(Debug)]

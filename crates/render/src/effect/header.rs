@@ -1,6 +1,6 @@
 //! The header of an effect's file: its first lines, which begin with `//!`.
 
-use super::declarations::Borrowed;
+use super::declarations::{Borrowed, IDS};
 use super::steps::{self, Step};
 use crate::diagnostic::Diagnostic;
 use crate::user_shader::Source;
@@ -30,8 +30,6 @@ const BORROWED: [&str; 3] = ["occlusion", "motion", IDS];
 /// What stands between such a texture and the settings that it is for, and between these.
 const IF: &str = " if ";
 const OR: &str = " or ";
-/// The texture of the ids of nodes and materials, whose texels are whole numbers.
-pub(super) const IDS: &str = "ids";
 /// What an effect reads that stands after the tone curve.
 pub(super) const DISPLAY: &str = "display";
 

@@ -1,9 +1,9 @@
 //! Effects of WGSL files on a device.
 
-use super::compiled::{Compiled, CompiledStep, compiled_steps};
+use super::compiled::{Compiled, CompiledStep, Pixel, compiled_steps};
 use super::declarations::Borrowed;
 use super::fallback::Fallback;
-use super::fused::{Fused, Pixel};
+use super::fused::Fused;
 use super::lut::Table;
 use super::{Effect, EffectFile, EffectStage, chain, draw};
 use crate::gbuffer::Gbuffer;

@@ -3,7 +3,7 @@
 //! An entry is a line of text that says what it is, a hash of all that follows it, the suns of a picture, and the
 //! texels. One that is not whole, or is of something else, is none.
 
-use super::tiles::TileSides;
+use crate::environment_tiles::TileSides;
 use crate::gpu::Gpu;
 use glam::Vec3;
 use half::f16;
@@ -86,7 +86,7 @@ const MAGIC_OF_STUDIO: &[u8] = b"manypass studio 1\n";
 pub(crate) fn name_of_studio() -> String {
     const OF_CONSTANTS: u64 = hash_of_text(include_bytes!("../constants.rs"), FNV_OFFSET);
     const OF_LOBE: u64 = hash_of_text(include_bytes!("lobe.rs"), OF_CONSTANTS);
-    const OF_TILES: u64 = hash_of_text(include_bytes!("tiles.rs"), OF_LOBE);
+    const OF_TILES: u64 = hash_of_text(include_bytes!("../environment_tiles.rs"), OF_LOBE);
     const HASH: u64 = hash_of_text(include_bytes!("studio.rs"), OF_TILES);
     format!("studio-{HASH:016x}")
 }

@@ -11,8 +11,8 @@
 
 use super::lobe::{Lobe, roughness_of_level};
 use super::stored;
-use super::tiles::{Tile, TileSides, texture_size};
 use crate::constants::ENVIRONMENT_LEVEL_LAST;
+use crate::environment_tiles::{Tile, TileSides, texture_size};
 use glam::{Mat3, Vec3};
 use half::f16;
 use manypass_scene::{Cache, EnvironmentLight};

@@ -1,8 +1,6 @@
 //! Exposure that goes on from frame to frame.
 
-use super::Exposure;
-use crate::passes::meter::{AdaptationStep, radius_px};
-use crate::request::FrameRequest;
+use crate::passes::meter::radius_px;
 use crate::setting::choices;
 
 choices! {
@@ -20,7 +18,7 @@ choices! {
 
 impl MeteringPattern {
     /// Its standard deviation or radius as a share of the shorter side.
-    fn radius(self) -> f32 {
+    pub(crate) fn radius(self) -> f32 {
         if self == Self::Spot { 0.1 } else { 0.25 }
     }
 
@@ -52,47 +50,6 @@ pub enum Adaptation {
         /// Seconds; what is no number, or below 0, is none.
         secs: f32,
     },
-}
-
-impl FrameRequest {
-    /// Whether exposure goes on from that of the view's last picture.
-    pub fn adapts(&self) -> bool {
-        let exposure = &self.settings.exposure;
-        let is_asked = exposure.adapt && self.adaptation != Adaptation::Still;
-        is_asked && matches!(exposure.stops, Exposure::Auto { .. })
-    }
-
-    /// How it does, after a frame of the view that did, if there was one. Samples of a still have one exposure, that of
-    /// the first; those of a live view are frames that follow each other.
-    pub(crate) fn adapting(&self, is_after_another: bool) -> Option<AdaptationStep> {
-        let exposure = &self.settings.exposure;
-        let secs = match self.adaptation {
-            Adaptation::After { secs } => secs.max(0.0),
-            Adaptation::Still | Adaptation::Begins => 0.0,
-        };
-        let is_held = is_after_another && self.sample_index > 0 && !self.goes_on;
-        let keep = [exposure.adapt_to_light_s, exposure.adapt_to_dark_s].map(|time_s| (-secs / time_s).exp());
-        let is_first = self.adaptation == Adaptation::Begins && self.sample_index == 0;
-        self.adapts().then(|| AdaptationStep {
-            pattern: exposure.metering as u32,
-            radius: exposure.metering.radius(),
-            pre_exposure_stops: self.pre_exposure().log2(),
-            stops: [exposure.adapt_min_stops, exposure.adapt_max_stops],
-            keep: (!is_held).then_some(keep),
-            begins: is_first || !is_after_another,
-        })
-    }
-
-    /// From pre-exposed radiance to what the tone curve takes: all of it, or where exposure adapts all but what the
-    /// frame finds by itself.
-    pub(crate) fn known_exposure(&self) -> f32 {
-        match self.settings.exposure.stops {
-            compensation @ Exposure::Auto { .. } if self.adapts() => {
-                (compensation.stops(None) - self.pre_exposure().log2()).clamp(-120.0, 120.0).exp2()
-            }
-            _ => self.display_exposure(),
-        }
-    }
 }
 
 #[cfg(test)]

@@ -53,7 +53,7 @@ const DAYLIGHT_STOPS: f64 = 0.5;
 const COLOR_STOPS_MIN: f64 = -1.0;
 
 /// Rec. 709 luminance.
-pub(super) fn luminance(radiance: Vec3) -> f64 {
+pub(crate) fn luminance(radiance: Vec3) -> f64 {
     let [r, g, b] = radiance.to_array().map(f64::from);
     0.2126 * r + 0.7152 * g + 0.0722 * b
 }

@@ -5,11 +5,9 @@
 //! pixels (screen-door transparency, as Mulder et al. 1998 have it). All is a function of the camera, so that a frame
 //! depends on none before it.
 
-mod fading;
 mod settings;
 mod surface;
 
-pub(crate) use fading::{FADES, Side, faded, faded_id};
 pub use settings::LodSettings;
 pub(crate) use surface::{SurfaceForm, SurfaceForms};
 

@@ -1,11 +1,11 @@
 //! Which lights touch which clusters.
 
+use super::decals::DecalLists;
 use super::grid::{Grid, Span, Target};
 use super::reach::Reach;
 use super::record::ListRecord;
 use super::{ClusterSettings, LIGHTS_MAX, LightTable, ListsOf};
 use crate::constants::{LIST_WIDTH, TABLE_WIDTH};
-use crate::decals::DecalLists;
 use crate::view::{DepthRange, View};
 use bytemuck::{Pod, Zeroable};
 use std::ops::Range;

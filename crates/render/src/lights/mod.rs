@@ -9,6 +9,7 @@
 //! which holds the records of lists, too, and `cluster_lights`; read through `light_table.wgsl` alone.
 
 mod clusters;
+mod decals;
 mod grid;
 mod kept;
 mod lit;
@@ -20,9 +21,8 @@ mod settings;
 mod small;
 mod volumes;
 
-pub(crate) use clusters::lists_of_spans;
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits};
-pub(crate) use grid::Grid;
+pub(crate) use decals::DecalLists;
 pub use grid::Target;
 pub use kept::{KeptLists, ListsOf};
 pub use lit::Rectangle;

@@ -3,6 +3,7 @@
 pub mod accumulate;
 pub mod adaptive;
 pub mod background;
+mod checks;
 pub mod coverage;
 pub mod debug;
 pub mod direct;

@@ -3,7 +3,6 @@
 
 mod bind_groups;
 mod decal_marks;
-mod directional_albedo;
 mod fullscreen;
 mod instances;
 mod legend;
@@ -27,8 +26,7 @@ pub(crate) use instances::InstanceTable;
 pub(crate) use legend::Legends;
 pub(crate) use scrubbed::Scrubbed;
 pub(crate) use surfaces::{Bundles, SurfacePipelines};
-pub(crate) use tables::{FRAME_GROUP, FrameSlot, FrameTables, OWN_TEXTURES_MAX};
-pub(crate) use tables::{depth_texture, directional_albedo_texels};
+pub(crate) use tables::{FrameTables, depth_texture};
 pub(crate) use texels::TargetTexels;
 pub(crate) use uniforms::UniformArena;
 pub(crate) use view::{COUNTS_PAIRS, UNFILTERED_SAMPLES, ViewTables, Viewed};

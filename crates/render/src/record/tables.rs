@@ -1,70 +1,12 @@
-//! What every program finds in group 0, and what of it is the same in every frame.
+//! What is bound to group 0 that is the same in every frame. `shader/frame_group.rs` says what every program finds there.
 
 use super::bind_groups::Resource;
-use super::directional_albedo;
 use crate::constants::DIRECTIONAL_ALBEDO_SIZE;
+use crate::environment::picture::{EnvironmentTiles, no_tiles};
 use crate::gpu::Gpu;
-use crate::resources::environment::{EnvironmentTiles, no_tiles};
+use crate::resources::directional_albedo_texels;
 use crate::waves::waves_texture;
-use manypass_scene::environment::BrdfTable;
 use std::cell::OnceCell;
-
-/// A name of group 0. Its place in the list is its binding.
-#[derive(Debug)]
-pub(crate) struct FrameSlot {
-    pub name: &'static str,
-    pub ty: wgpu::BindingType,
-}
-
-const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
-    ty: wgpu::BufferBindingType::Uniform,
-    has_dynamic_offset: false,
-    min_binding_size: None,
-};
-
-const fn texture(sample_type: wgpu::TextureSampleType) -> wgpu::BindingType {
-    wgpu::BindingType::Texture { sample_type, view_dimension: wgpu::TextureViewDimension::D2, multisampled: false }
-}
-
-const fn slot(name: &'static str, ty: wgpu::BindingType) -> FrameSlot {
-    FrameSlot { name, ty }
-}
-
-/// Group 0 of all programs: one layout, so that it is bound once a pass whatever is drawn. A stage has 16 textures, and
-/// counts those of a layout that it does not read: here may be 6 at most.
-pub(crate) const FRAME_GROUP: [FrameSlot; 12] = [
-    slot("view", UNIFORM),
-    // And images of decals.
-    slot("directional_albedo", texture(wgpu::TextureSampleType::Float { filterable: true })),
-    slot("linear_clamp", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering)),
-    slot("cluster_grid", UNIFORM),
-    slot("lights", texture(wgpu::TextureSampleType::Float { filterable: false })),
-    slot("cluster_lights", texture(wgpu::TextureSampleType::Float { filterable: false })),
-    slot("environment", UNIFORM),
-    slot("nearest_clamp", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)),
-    slot("shadow_atlas", texture(wgpu::TextureSampleType::Depth)),
-    slot("shadow_compare", wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison)),
-    // The same texture again: WebGL 2 has one sampler for every texture that is bound.
-    slot("shadow_depths", texture(wgpu::TextureSampleType::Float { filterable: false })),
-    slot("environment_tiles", texture(wgpu::TextureSampleType::Float { filterable: true })),
-];
-
-/// What a stage has of textures on WebGL 2, and on WebGPU by default.
-const STAGE_TEXTURES: usize = 16;
-
-/// How many textures a program may have in its other groups: a layout's count, whether they are read or not.
-pub(crate) const OWN_TEXTURES_MAX: usize = STAGE_TEXTURES - textures_of(&FRAME_GROUP);
-
-const fn textures_of(slots: &[FrameSlot]) -> usize {
-    let (mut count, mut at) = (0, 0);
-    while at < slots.len() {
-        if matches!(slots[at].ty, wgpu::BindingType::Texture { .. }) {
-            count += 1;
-        }
-        at += 1;
-    }
-    count
-}
 
 /// What is the same in every frame.
 #[derive(Debug)]
@@ -200,20 +142,7 @@ fn no_ids(gpu: &Gpu) -> wgpu::TextureView {
     texture.create_view(&Default::default())
 }
 
-/// The table as half floats, which every backend can filter, four a texel; scale and bias are those of
-/// `brdf` if there is one.
-pub(crate) fn directional_albedo_texels(brdf: Option<&BrdfTable>) -> Vec<u16> {
-    let last = DIRECTIONAL_ALBEDO_SIZE - 1;
-    let place = |at: u32| at as f32 / last as f32;
-    let texel = |(index, [scale, bias, sheen]): (u32, [f32; 3])| {
-        let (column, row) = (index % DIRECTIONAL_ALBEDO_SIZE, index / DIRECTIONAL_ALBEDO_SIZE);
-        let [scale, bias] = brdf.map_or([scale, bias], |brdf| brdf.at(place(column), place(row)));
-        [scale, bias, sheen, 0.0].map(half_from_unit)
-    };
-    (0..).zip(directional_albedo::table()).flat_map(texel).collect()
-}
-
-/// That table alone, where there are no images of decals and no file brings another.
+/// The table of directional albedo alone, where there are no images of decals and no file brings another.
 fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
     let size =
         wgpu::Extent3d { width: DIRECTIONAL_ALBEDO_SIZE, height: DIRECTIONAL_ALBEDO_SIZE, depth_or_array_layers: 1 };
@@ -239,70 +168,4 @@ fn upload_directional_albedo(gpu: &Gpu) -> wgpu::TextureView {
         size,
     );
     texture.create_view(&Default::default())
-}
-
-/// A half float of a value from 0 to 2, rounded to nearest; values below 2⁻¹⁴ become denormal.
-fn half_from_unit(value: f32) -> u16 {
-    let bits = value.max(0.0).to_bits();
-    let exponent = (bits >> 23) as i32 - 127 + 15;
-    if exponent <= 0 {
-        return (value * 16_777_216.0).round() as u16;
-    }
-    let rounded = (bits & 0x7f_ffff) + 0x1000;
-    (((exponent as u32) << 10) + (rounded >> 13)) as u16
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use half::f16;
-    use manypass_testkit::radiance_file::RadiancePicture;
-
-    /// Our own table as a file of 256 by 256 texels.
-    fn exported() -> BrdfTable {
-        const SIDE: usize = 256;
-        let (own, last) = (Vec::from_iter(directional_albedo::table()), DIRECTIONAL_ALBEDO_SIZE as usize - 1);
-        let texel = |i: usize| {
-            let place = |at: usize| (at as f32 + 0.5) / SIDE as f32 * last as f32;
-            let (x, y) = (place(i % SIDE), place(i / SIDE));
-            let at = |x: usize, y: usize| own[y * (last + 1) + x];
-            [0, 1, 2].map(|channel: usize| {
-                let (left, top) = (x as usize, y as usize);
-                let [above, below] = [top, top + 1].map(|row| {
-                    let [a, b] = [left, left + 1].map(|column| at(column, row)[channel]);
-                    a + (b - a) * x.fract()
-                });
-                above + (below - above) * y.fract()
-            })
-        };
-        let pixels = (0..SIDE * SIDE).map(texel).collect();
-        let bytes = RadiancePicture { width: SIDE, height: SIDE, pixels }.to_exr();
-        BrdfTable::decode("own.exr", &bytes).expect("a table")
-    }
-
-    #[test]
-    fn a_file_of_our_own_table_is_our_own_table() {
-        let [own, read] = [None, Some(&exported())].map(directional_albedo_texels);
-        let value = |bits: &u16| f16::from_bits(*bits).to_f32();
-        let worst = own.iter().zip(&read).map(|(a, b)| (value(a) - value(b)).abs()).fold(0.0, f32::max);
-        // A step of a byte. Our table has corners, where its texels are, which lie between those of the file.
-        assert!(own.len() == read.len() && worst < 1.0 / 255.0, "{worst}");
-        let flat = BrdfTable::decode("flat.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x40\0\x81");
-        let flat = directional_albedo_texels(Some(&flat.expect("a table")));
-        let is_kept = |(of_file, own): (&[u16], &[u16])| {
-            [value(&of_file[0]), value(&of_file[1])] == [1.0, 0.5] && of_file[2..] == own[2..]
-        };
-        assert!(flat.chunks_exact(4).zip(own.chunks_exact(4)).all(is_kept), "the sheen stays our own");
-    }
-
-    #[test]
-    fn group_0_leaves_room() {
-        let is_texture = |slot: &&FrameSlot| matches!(slot.ty, wgpu::BindingType::Texture { .. });
-        let count = FRAME_GROUP.iter().filter(is_texture).count();
-        // A stage has 16 on WebGL 2: two are for the pass, eight for the material.
-        assert!(count <= 6, "group 0 has {count} textures");
-        let uniforms = FRAME_GROUP.iter().filter(|slot| slot.ty == UNIFORM).count();
-        // WebGL 2 promises 12 a stage.
-        assert!(uniforms <= 4, "group 0 has {uniforms} uniforms");
-    }
 }

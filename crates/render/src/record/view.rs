@@ -1,21 +1,22 @@
 //! A camera of the frame, ready to be recorded: what it draws, its lists of lights, its uniforms.
 
 use super::bind_groups::{BindGroups, Resource};
-use super::tables::{FRAME_GROUP, FrameTables};
+use super::tables::FrameTables;
 use super::uniforms::UniformArena;
 use crate::constants::{DATA_WIDTH, LIGHTS_PER_ROW, LIST_WIDTH, TABLE_WIDTH, TEXELS_PER_LIGHT};
-use crate::decals::{DecalDraws, DecalLists};
-use crate::draws::{Draw, DrawList, VisibleClouds, WorldDraws, object_id};
+use crate::draws::{DecalDraws, Draw, DrawList, VisibleClouds, WorldDraws, faded_id, object_id};
 use crate::environment::EnvironmentUniform;
 use crate::gpu::Gpu;
 use crate::gpu::data_texture::DataTexture;
 use crate::ground::ViewGround;
-use crate::levels::faded_id;
-use crate::lights::{ClusterLists, ClusterUniform, LightReaches, ListRecord, Rectangle, VolumeDraw, without_shadows};
+use crate::lights::{
+    ClusterLists, ClusterUniform, DecalLists, LightReaches, ListRecord, Rectangle, VolumeDraw, without_shadows,
+};
 use crate::outline::Outline;
 use crate::resources::filtering::Sampling;
 use crate::shader::Shaders;
 use crate::shader::compose::has_constant_somewhere;
+use crate::shader::frame_group::FRAME_GROUP;
 use crate::shader::program::Constant;
 use crate::view::ViewUniform;
 use manypass_graph::TextureDesc;

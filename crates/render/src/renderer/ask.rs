@@ -1,18 +1,18 @@
 //! What a frame is asked for of each view, checked.
 
 use super::Renderer;
-use super::captures::{Captures, Part};
-use super::mirrors::MirrorLink;
 use super::output::{MeansOf, ViewState};
+use super::part::{Captures, Part};
 use super::purpose::Purpose;
-use super::temporal::{TemporalRequest, move_mirrors};
-use super::view_kind::ViewKind;
+use super::temporal::TemporalRequest;
+use super::view_kind::{MirrorLink, ViewKind};
 use crate::environment::{Environment, studio};
 use crate::gpu::Capabilities;
 use crate::lens::SampleView;
 use crate::lights::Rectangle;
 use crate::outline::{Outline, rectangle_of};
 use crate::passes::adaptive;
+use crate::passes::upscale::UpscaleMethod;
 use crate::request::{FrameRequest, RenderError};
 use crate::view::{DepthRange, ViewUniform};
 use glam::{Vec2, Vec4};
@@ -125,6 +125,19 @@ impl ViewRequest {
         (f64::from(TEMPORAL_SAMPLES) * pixels).round() as u32
     }
 
+    /// The picture's size, if frames that follow each other bring it to that from the smaller one at which they are
+    /// shaded.
+    pub fn upscaled_to(&self) -> Option<(u32, u32)> {
+        let is_asked = self.temporal.is_some() && self.request.settings.upscale.method == UpscaleMethod::Temporal;
+        let is_smaller = self.size.0 <= self.output_size.0 && self.size.1 <= self.output_size.1;
+        (is_asked && is_smaller && self.size != self.output_size).then_some(self.output_size)
+    }
+
+    /// By how much the frame is moved for the sake of frames before and after it, in pixels.
+    pub fn temporal_jitter_px(&self) -> Vec2 {
+        self.temporal.as_ref().map_or(self.viewer_jitter_px, TemporalRequest::jitter_px)
+    }
+
     /// Which of the two sums holds the mean so far.
     pub fn previous_sum(&self, state: &ViewState) -> usize {
         if self.request.sample_index == 0 { 1 } else { state.latest_sum }
@@ -149,6 +162,22 @@ impl ViewRequest {
             || !self.has_output()
             || self.means_of == state.means_of
                 && state.output.as_ref().is_some_and(|output| output.is_of(self.output_size))
+    }
+}
+
+/// Moves the views behind mirrors as those that show them, of which they are parts.
+fn move_mirrors(asked: &mut [ViewRequest]) {
+    // Those that show others come after them.
+    for viewer in (0..asked.len()).rev() {
+        let Some(ViewRequest { size, mirrors, .. }) = asked.get(viewer) else { continue };
+        let (size, jitter_px) = (*size, asked[viewer].temporal_jitter_px());
+        let names: Vec<String> = mirrors.iter().map(|mirror| mirror.view.clone()).collect();
+        for behind in asked.iter_mut().filter(|behind| names.contains(&behind.name)) {
+            let larger =
+                Vec2::new(behind.size.0 as f32, behind.size.1 as f32) / Vec2::new(size.0 as f32, size.1 as f32);
+            // What is drawn beyond the viewer's picture makes no pixel larger.
+            behind.viewer_jitter_px = jitter_px * larger / behind.kind.margin;
+        }
     }
 }
 
@@ -188,7 +217,7 @@ impl Renderer {
         };
         let states: Vec<ViewState> = requests.iter().map(&mut take_state).collect();
         for (asked, state) in requests.iter_mut().zip(&states) {
-            asked.temporal = TemporalRequest::new(&mut asked.request, state, scene);
+            asked.temporal = TemporalRequest::new(&mut asked.request, state.temporal.as_ref(), scene);
         }
         move_mirrors(&mut requests);
         Ok(FrameViews { requests, states, captures_left_out })

@@ -1,53 +1,17 @@
-//! Pictures within the picture: which monitors and mirrors a frame shows, and what is asked of the views of monitors'
-//! cameras.
+//! Which monitors a frame shows, and what is asked of the views of their cameras.
 
 use super::Renderer;
-use super::mirrors::{MirrorLink, Mirrors, VIEWS_MAX};
-use super::next::NextState;
-use super::purpose::Purpose;
-use super::view_kind::{Drawing, ViewKind};
-use crate::camera_settings::{CameraSettings, Fisheye};
+use super::part::{Part, settings_of, widest_range};
+use super::view_kind::{Drawing, MonitorView, ViewKind};
 use crate::draws::may_show;
 use crate::overlay::monitors_of_overlay;
-use crate::quality::Quality;
 use crate::request::{Averaging, FrameRequest, RenderError};
 use crate::resources::{monitor_fits, monitors_of};
-use crate::settings::Settings;
-use crate::view::{DepthRange, View};
+use crate::view::View;
 use glam::Vec2;
 use manypass_scene::capture::{MONITORS_MAX, Monitor, Update};
-use manypass_scene::{Aabb, Image, Projection, Scene};
+use manypass_scene::{Aabb, Image, Scene};
 use std::collections::{BTreeMap, BTreeSet};
-
-/// A view of a frame, before it is known what it draws.
-pub(super) struct Part {
-    pub name: String,
-    pub request: FrameRequest,
-    pub kind: ViewKind,
-    /// The mirrors that it shows, whose views come before it.
-    pub mirrors: Vec<MirrorLink>,
-    /// In how many other pictures the monitor is seen for whose sake it is drawn.
-    pub level: Option<u32>,
-}
-
-impl Part {
-    pub fn new(name: String, request: FrameRequest, kind: ViewKind) -> Self {
-        Self { name, request, kind, mirrors: Vec::new(), level: None }
-    }
-}
-
-/// What a monitor's camera sees.
-#[derive(Clone, Debug)]
-pub(super) struct MonitorView {
-    /// The index of the monitor's image.
-    pub image: usize,
-    /// In how many other pictures it is seen.
-    pub level: u32,
-    /// The monitors that are dark where it sees them, because they would be too deep.
-    pub darkens: Vec<usize>,
-    /// By how many stops it is exposed more than the picture.
-    pub exposure_stops: f32,
-}
 
 impl MonitorView {
     /// It is a picture of its own within others.
@@ -110,14 +74,6 @@ impl CaptureState {
     }
 }
 
-/// The views of a frame, innermost first: those that it was asked for, and others for their sake; and how many of the
-/// latter it leaves out.
-#[derive(Default)]
-pub(super) struct Captures {
-    pub parts: Vec<Part>,
-    pub left_out: u32,
-}
-
 /// Where the monitors of a scene are to be seen.
 struct Screens<'s> {
     /// The images by their names.
@@ -178,15 +134,6 @@ impl<'s> Screens<'s> {
     }
 }
 
-/// All distances that a camera may see.
-pub(super) fn widest_range(camera: &View) -> DepthRange {
-    let (near_m, far_m) = match camera.projection {
-        Projection::Perspective { near_m, far_m, .. } => (near_m, far_m.unwrap_or(f32::MAX)),
-        Projection::Orthographic { near_m, far_m, .. } => (near_m, far_m),
-    };
-    DepthRange { near_m, far_m: far_m.max(near_m * 1.001 + 1e-6) }
-}
-
 /// What is asked of the view of a monitor's camera where `request` is asked of the picture; nothing if it has none.
 fn request_of(scene: &Scene, monitor: &Monitor, request: &FrameRequest) -> Result<Option<FrameRequest>, RenderError> {
     let Some((world_from_view, projection)) = monitor.seen_from(scene) else { return Ok(None) };
@@ -210,55 +157,9 @@ fn request_of(scene: &Scene, monitor: &Monitor, request: &FrameRequest) -> Resul
     Ok(Some(of_monitor.with_switches_resolved()))
 }
 
-/// The settings of a picture within one whose settings are `settings`: of its own tier, but for what all views share.
-pub(super) fn settings_of(quality: Option<&str>, settings: &Settings) -> Result<Settings, RenderError> {
-    let mut own = settings.clone();
-    own.render.scale = 1.0;
-    if let Some(name) = quality {
-        let quality = Quality::named(name).ok_or_else(|| RenderError::CaptureQuality { quality: name.into() })?;
-        own.apply_quality(quality)?;
-        own.textures = settings.textures.clone();
-        own.shadows = settings.shadows.clone();
-    }
-    own.camera = CameraSettings { f_stop: 0.0, fisheye: Fisheye::None, ..own.camera };
-    own.debug = Default::default();
-    own.aov = Default::default();
-    Ok(own)
-}
-
 impl Renderer {
-    /// `parts`, and the views of what they show of monitors and mirrors. Whose turn it was is in `next`.
-    ///
-    /// # Errors
-    /// A monitor or mirror asks for a tier of quality that there is not.
-    pub(super) fn captures(
-        &mut self,
-        scene: &Scene,
-        parts: Vec<Part>,
-        purpose: &Purpose<'_>,
-        next: &mut NextState,
-    ) -> Result<Captures, RenderError> {
-        let Some(first) = parts.first().map(|part| part.request.clone()) else { return Ok(Captures::default()) };
-        if !first.settings.captures.enabled {
-            return Ok(Captures { parts, ..Captures::default() });
-        }
-        let mirrors = Mirrors::of(scene, self.gpu.capabilities.max_texture_size);
-        let depth = first.settings.captures.depth.max(1);
-        let (mut drawn, mut shown) = (0, BTreeSet::new());
-        let of_picture = mirrors.before(scene, parts, depth, (&mut drawn, &mut shown))?;
-        let (monitors, monitors_left_out) = self.monitors(scene, &of_picture, &mut next.captures)?;
-        // A meter exposes its readings otherwise than pictures are.
-        let mut all = if purpose.is_exposed { self.probe_parts(scene, &first, next) } else { Vec::new() };
-        all.extend(self.sides(scene, &first, &mut next.surroundings)?);
-        all.extend(mirrors.before(scene, monitors, depth, (&mut drawn, &mut shown))?);
-        all.extend(of_picture);
-        let beyond = drawn.saturating_sub(VIEWS_MAX) as u32;
-        let left_out = monitors_left_out + (mirrors.len() - shown.len()) as u32 + beyond;
-        Ok(Captures { parts: all, left_out })
-    }
-
     /// The views of monitors that `parts` show, and how many it leaves out.
-    fn monitors(
+    pub(super) fn monitors(
         &self,
         scene: &Scene,
         parts: &[Part],

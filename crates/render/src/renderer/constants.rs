@@ -6,9 +6,9 @@ use super::surroundings::FrameSurroundings;
 use crate::decals::DECALS;
 use crate::draws::WorldDraws;
 use crate::environment::Environment;
+use crate::environment::picture::EnvironmentTiles;
 use crate::lights::{self, LightTable};
 use crate::record::COUNTS_PAIRS;
-use crate::resources::environment::EnvironmentTiles;
 use crate::shader::program::Constant;
 use crate::shadows::{ShadowFilter, ViewShadows};
 

@@ -1,7 +1,7 @@
 //! Fisheye pictures: what is asked of the views that they are put together from.
 
 use super::Renderer;
-use super::captures::Part;
+use super::part::Part;
 use super::view_kind::{Drawing, ViewKind};
 use crate::camera_settings::Fisheye;
 use crate::fisheye::{Face, FisheyeFaces, FisheyeInfo};

@@ -2,18 +2,17 @@
 
 use super::Renderer;
 use super::ask::ViewRequest;
-use super::captures::{Captures, Part};
 use super::next::NextState;
+use super::part::{Captures, Part};
+use super::probe_lighting::{ProbeLighting, environment_of};
 use super::probes::{DueProbe, place_of};
 use super::purpose::Purpose;
-use super::record::{EarlierResults, SceneFeatures};
+use super::record_inputs::{EarlierResults, SceneFeatures};
 use super::resolve::ResolvedFrame;
 use super::surroundings::{FrameSurroundings, side_request};
-use super::view_kind::{CapturedLight, Drawing, ViewKind};
+use super::view_kind::{CapturedLight, Drawing, ProbeSide, ViewKind};
 use crate::constants::PROBE_FACE_SIDE;
 use crate::environment::lobe::FACES;
-use crate::environment::{Environment, EnvironmentSettings};
-use crate::fog::FogSettings;
 use crate::frame;
 use crate::gpu::readback;
 use crate::ground::Ground;
@@ -22,32 +21,17 @@ use crate::probes::{DISTANCE_MAX_M, known, read_probe};
 use crate::record::{Frame, Recorder};
 use crate::request::{FrameRequest, RenderError};
 use crate::setting::Switch;
-use crate::settings::Settings;
-use crate::shading_settings::ShadingSettings;
-use crate::shadows::ShadowSettings;
 use glam::Vec4;
 use half::f16;
 use manypass_graph::Graph;
-use manypass_scene::decal::Decal;
 use manypass_scene::probes::{Probe, ProbeGrid};
-use manypass_scene::{Light, NodeId, Projection, Scene};
-use std::collections::BTreeSet;
-use std::hash::{DefaultHasher, Hash as _, Hasher as _};
+use manypass_scene::{Projection, Scene};
 
 /// Around so many probes a frame looks that a still has before its first.
 const AT_ONCE: usize = 8;
 
 /// What is nearer to a probe is not seen, as a share of the least distance between probes.
 const NEAR_SHARE: f32 = 0.02;
-
-/// A side of what is to be seen around a probe.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct ProbeSide {
-    of: DueProbe,
-    face: usize,
-    /// Whether what is found is read by later frames alone.
-    is_apart: bool,
-}
 
 /// What is asked of a side of what is around a probe where `request` is asked of the picture: all light and all shadows, and
 /// nothing that is found in the picture.
@@ -114,67 +98,6 @@ pub(super) fn record_probe<'f>(
     let target = surroundings.import(&mut r, format!("probes.{at}"));
     frame::probe_light_passes(&mut r, probe, &sides, target)?;
     Ok(())
-}
-
-/// What probes have as their environment: the studio that lets one see what lamps light is no light.
-fn environment_of(settings: &Settings) -> EnvironmentSettings {
-    let mut environment = settings.environment.clone();
-    if environment.source == Environment::Fill {
-        environment.source = Environment::None;
-    }
-    environment
-}
-
-/// What lights probes: another one whenever their light is another.
-#[derive(Debug, PartialEq)]
-pub(super) struct ProbeLighting {
-    /// Of what stands where.
-    nodes: u64,
-    lights: Vec<Light>,
-    decals: Vec<Decal>,
-    environment: EnvironmentSettings,
-    shadows: ShadowSettings,
-    fog: FogSettings,
-    shading: ShadingSettings,
-    light_subset: Option<(u32, u32)>,
-    /// What lights of the scene are multiplied by.
-    lamp_scale: f32,
-}
-
-impl ProbeLighting {
-    fn new(scene: &Scene, scene_version: u64, request: &FrameRequest) -> Self {
-        let settings = &request.settings;
-        Self {
-            nodes: hash_of_nodes(scene, scene_version),
-            lights: scene.lights.clone(),
-            decals: scene.decals.clone(),
-            environment: environment_of(settings),
-            shadows: settings.shadows.clone(),
-            fog: settings.fog.clone(),
-            shading: settings.shading.clone(),
-            light_subset: request.light_subset,
-            lamp_scale: request.lamp_scale(),
-        }
-    }
-}
-
-/// Another number whenever what probes see, and what casts shadows or light there, is another or stands elsewhere.
-fn hash_of_nodes(scene: &Scene, scene_version: u64) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    (scene_version, scene.variant, &scene.roots).hash(&mut hasher);
-    let layers = scene.probes.iter().filter_map(|grid| grid.live).fold(0, |all, live| all | live.layers);
-    let joints: BTreeSet<NodeId> = scene.skins.iter().flat_map(|skin| skin.joints.iter().copied()).collect();
-    // Cameras and what moves them light nothing, nor does what no probe sees and what casts no shadow.
-    for (id, _) in scene.visible_levels() {
-        let node = scene.node(id);
-        let is_seen = node.mesh.is_some() && (node.layers & layers != 0 || node.casts_shadow);
-        if is_seen || node.light.is_some() || joints.contains(&id) {
-            (id, node.mesh, node.light, node.layers, node.casts_shadow).hash(&mut hasher);
-            node.world_from_object.to_cols_array().map(f32::to_bits).hash(&mut hasher);
-            node.morph_weights.iter().for_each(|weight| weight.to_bits().hash(&mut hasher));
-        }
-    }
-    hasher.finish()
 }
 
 impl Renderer {

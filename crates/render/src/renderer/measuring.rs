@@ -4,7 +4,8 @@ use super::Renderer;
 use super::counts::sum_pairs;
 use super::purpose::Purpose;
 use super::read::{FrameReadings, TextureBytes};
-use crate::request::{FrameRequest, PairCounts, PassPicture, RenderError};
+use crate::aov::PassPicture;
+use crate::request::{FrameRequest, PairCounts, RenderError};
 use manypass_graph::{PassTime, Plan};
 use manypass_scene::Scene;
 

@@ -1,19 +1,11 @@
 //! Flat mirrors: which a view shows, and what is asked of the views behind them.
 
-use super::ask::ViewRequest;
-use super::captures::{Part, settings_of, widest_range};
-use super::prepare_view::ViewSetup;
-use super::record::EarlierResults;
-use super::view_kind::{Drawing, ViewKind};
+use super::part::{Part, settings_of, widest_range};
+use super::view_kind::{Drawing, MirrorLink, MirrorView, Reflector, ViewKind};
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::environment::Background;
-use crate::frame;
-use crate::gbuffer::ViewOutputs;
-use crate::mirror_picture::MirrorPicture;
-use crate::outline::{is_seen, rectangle_of};
-use crate::passes::mirrors::MirrorDraw;
+use crate::outline::is_seen;
 use crate::passes::resolve::PixelSamples;
-use crate::record::Recorder;
 use crate::render_settings::Path;
 use crate::request::{FrameRequest, RenderError};
 use crate::resources::layers::ShadedIn;
@@ -23,7 +15,7 @@ use manypass_scene::capture::{MIRRORS_MAX, Mirror, Panel};
 use manypass_scene::portal::{PORTALS_MAX, Portal, through};
 use manypass_scene::water::WATER_MAX;
 use manypass_scene::{Material, NodeId, Projection, Scene, ShadingModel};
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// The most views behind mirrors that a frame draws, those of mirrors within mirrors too.
 pub(super) const VIEWS_MAX: usize = 64;
@@ -43,38 +35,6 @@ const SCALE_MAX: f32 = 2.0;
 /// How much more than the picture is drawn behind a rough mirror, which reflects what is beside it: so large a share on
 /// each side.
 const ROUGH_MARGIN: f32 = 0.3;
-
-/// What reflects.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Reflector {
-    /// The mesh of a node.
-    Node(NodeId),
-    /// A surface of water of the scene, by its index.
-    Water(usize),
-    /// A portal of the scene, by its index, and one of its ends: it reflects nothing, but has a view behind it as mirrors
-    /// have.
-    Portal(usize, usize),
-}
-
-/// What a view shows of a mirror.
-#[derive(Clone, Debug)]
-pub(super) struct MirrorLink {
-    /// The name of the view behind it.
-    pub view: String,
-    pub of: Reflector,
-    /// The unit normal of its plane, towards the eye.
-    pub normal_world: Vec3,
-    pub corners_world: [Vec3; 4],
-    pub is_smooth: bool,
-}
-
-/// The view behind a mirror.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct MirrorView {
-    pub is_smooth: bool,
-    /// What shows it.
-    pub of: Reflector,
-}
 
 /// A mirror that is drawn, or water.
 struct Known<'s> {
@@ -297,42 +257,6 @@ impl<'s> Mirrors<'s> {
         }
         Ok(parts)
     }
-}
-
-/// The mirrors that a view shows; `behind` has what views behind them left, by the views' names.
-pub(super) fn shown(
-    (asked, setup): (&ViewRequest, &ViewSetup),
-    behind: &mut BTreeMap<String, MirrorPicture>,
-) -> Vec<MirrorDraw> {
-    let shown = |link: &MirrorLink| {
-        let Reflector::Node(node) = link.of else { return None };
-        Some(MirrorDraw {
-            object: node.0 + 1,
-            normal_world: link.normal_world,
-            is_smooth: link.is_smooth,
-            rectangle: rectangle_of(&setup.view.uniform, link.corners_world, setup.view.size),
-            picture: behind.remove(&link.view)?,
-        })
-    };
-    asked.mirrors.iter().filter_map(shown).collect()
-}
-
-/// Keeps what is seen behind a mirror or water, or through a portal, for the view that shows it.
-pub(super) fn record_behind(
-    r: &mut Recorder<'_, '_>,
-    view: &MirrorView,
-    asked: &ViewRequest,
-    outputs: ViewOutputs,
-    before: &mut EarlierResults<'_>,
-) -> Result<(), RenderError> {
-    let ViewOutputs { radiance, gbuffer, .. } = outputs;
-    if let Reflector::Portal(..) = view.of {
-        before.through.insert(asked.name.clone(), radiance);
-    } else if let Some(gbuffer) = gbuffer {
-        let picture = frame::mirror_picture_passes(r, view.is_smooth, radiance, gbuffer.linear_depth)?;
-        before.behind.insert(asked.name.clone(), picture);
-    }
-    Ok(())
 }
 
 /// What is wrong with mirrors of a scene, which are drawn as other surfaces then.

@@ -1,32 +1,17 @@
 //! Monitors: what their cameras see is recorded, and screens show it.
 
-use super::ask::ViewRequest;
-use super::captures::MonitorView;
-use super::prepare_view::{ViewSetup, output_of};
+use super::prepare_view::output_of;
 use super::purpose::Purpose;
-use super::record::RecordInputs;
-use super::record_view::adaptive_step;
+use super::record_inputs::{MonitorPicture, RecordInputs};
+use super::view_kind::MonitorView;
 use crate::frame::{self, Means, MonitorInputs};
 use crate::gbuffer::ViewOutputs;
-use crate::passes::adaptive::{self, ConvergedTiles};
+use crate::passes::adaptive;
 use crate::record::{Frame, Recorder};
 use crate::request::RenderError;
 use crate::resources::monitor_desc;
 use manypass_graph::{Graph, Handle};
 use manypass_scene::Scene;
-
-/// What the camera of a monitor sees.
-pub(super) struct MonitorPicture<'f> {
-    pub view: &'f MonitorView,
-    asked: &'f ViewRequest,
-    setup: &'f ViewSetup,
-    radiance: Handle,
-    depth: Handle,
-    means: Means,
-    settling: Option<ConvergedTiles>,
-    /// The stops of an exposure that adapts.
-    adapted: Option<Handle>,
-}
 
 /// Makes screens show what their cameras saw.
 pub(super) fn record_screens<'f>(
@@ -43,7 +28,7 @@ pub(super) fn record_screens<'f>(
             radiance: &radiance,
             depth: &depth,
             means,
-            adaptive_step: adaptive_step(asked, setup),
+            adaptive_step: setup.adaptive_step(asked),
             settling,
             sample_index: request.sample_index,
             exposure: request.known_exposure() * view.exposure_stops.clamp(-64.0, 64.0).exp2(),
@@ -84,7 +69,7 @@ pub(super) fn record_monitor<'f>(
     let ViewOutputs { radiance, depth, .. } = outputs;
     let adapting = request.adapting(state.adapted.is_some());
     let adapted = frame::exposure_passes(r, adapting.as_ref(), &radiance)?;
-    let (previous_sum, settles) = (asked.previous_sum(state), adaptive_step(asked, setup) != adaptive::Step::None);
+    let (previous_sum, settles) = (asked.previous_sum(state), setup.adaptive_step(asked) != adaptive::Step::None);
     let output = if asked.has_output() {
         output_of(r.frame.gpu, asked, &mut state.output, (purpose, settles), false)
     } else {

@@ -1,7 +1,7 @@
 //! Which ends of portals a view shows.
 
 use super::ask::ViewRequest;
-use super::mirrors::Reflector;
+use super::view_kind::Reflector;
 use crate::passes::portals::PortalDraw;
 use glam::Vec3;
 use manypass_graph::Handle;

@@ -10,12 +10,14 @@ use super::purpose::Purpose;
 use super::shadows::Atlas;
 use super::surroundings::FrameSurroundings;
 use super::visible::{FrameScene, VisibleSet};
-use crate::draws::{Deformation, WorldDraws};
+use crate::draws::WorldDraws;
 use crate::environment::lobe::FACES;
-use crate::overlay::Room;
+use crate::fisheye::FisheyeLens;
 use crate::overlay::draw::OverlayDraw;
+use crate::overlay::{OverlayView, Room};
 use crate::passes::adaptive;
 use crate::passes::probe_capture::CapturedProbe;
+use crate::pose::Deformation;
 use crate::record::PreparedView;
 use crate::request::{FrameStats, RenderError};
 use crate::shadows::FrameShadows;
@@ -126,8 +128,14 @@ impl Renderer {
         let ground = self.prepare_ground(requests, &visible, &scene, next);
         let of_surroundings = requests.iter().find(|asked| asked.kind.bounce.is_none());
         let environment = of_surroundings.and_then(|asked| self.tiles_of(asked)).map(|tiles| tiles.view.clone());
-        let surroundings = of_surroundings
-            .and_then(|asked| self.prepare_surroundings(scene.scene, &asked.request, environment.as_ref(), next));
+        let surroundings = of_surroundings.and_then(|asked| {
+            self.prepare_surroundings(
+                scene.scene,
+                &asked.request,
+                environment.as_ref(),
+                (&mut next.surroundings, next.is_run),
+            )
+        });
         let mut setups = Vec::with_capacity(requests.len());
         for (at, (asked, of_view)) in requests.iter().zip(views.states.iter_mut().zip(visible)).enumerate() {
             let shared = SharedInputs {
@@ -181,7 +189,11 @@ impl Renderer {
                 overlays.push(None);
                 continue;
             }
-            let overlay = state.overlay.prepare((&self.gpu, &self.resources.textures), scene, &asked.request, *room)?;
+            let request = &asked.request;
+            let size_px = (request.width, request.height);
+            let lens = FisheyeLens::new(&request.settings.camera, size_px);
+            let view = OverlayView { overlay: &request.overlay, camera: &request.camera, size_px, lens };
+            let overlay = state.overlay.prepare((&self.gpu, &self.resources.textures), scene, view, *room)?;
             next.stats.uploaded_bytes += overlay.uploaded_bytes;
             room.needed_bytes += overlay.texture_bytes;
             overlays.push(overlay.draw);

@@ -12,9 +12,9 @@ use super::surroundings::FrameSurroundings;
 use super::view_kind::CapturedLight;
 use super::visible::{FrameScene, VisibleSet};
 use crate::aov::AovPasses;
-use crate::decals::DecalDraws;
-use crate::draws::{DrawList, VisibleClouds, WorldDraws};
+use crate::draws::{DecalDraws, DrawList, VisibleClouds, WorldDraws};
 use crate::effect;
+use crate::environment::picture::EnvironmentTiles;
 use crate::environment::{Environment, EnvironmentUniform};
 use crate::frame::Variables;
 use crate::gpu::Gpu;
@@ -28,7 +28,6 @@ use crate::passes::taa::TemporalFrame;
 use crate::record::{InstanceTable, PreparedView, ViewTables, Viewed};
 use crate::render_settings::Path;
 use crate::request::FrameStats;
-use crate::resources::environment::EnvironmentTiles;
 use crate::resources::filtering::{Sampling, TextureFiltering};
 use crate::shadows::ViewShadows;
 use crate::view::{self, CameraStep, DepthRange, ViewUniform};
@@ -55,6 +54,13 @@ pub(super) struct ViewSetup {
     pub is_adaptive: bool,
     /// The uniform of the picture's own size.
     pub variables_uniform: ViewUniform,
+}
+
+impl ViewSetup {
+    /// What the view does after this sample.
+    pub fn adaptive_step(&self, asked: &ViewRequest) -> adaptive::Step {
+        if self.is_adaptive { asked.adaptive_step() } else { adaptive::Step::None }
+    }
 }
 
 /// What a view is prepared from that others have, too.

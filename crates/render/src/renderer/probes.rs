@@ -1,12 +1,12 @@
 //! Probes of a frame: their texels beside the tiles of the environment, and which of them frames look around.
 
 use crate::environment::EnvironmentUniform;
+use crate::environment::picture::write_texels;
 use crate::gpu::Gpu;
 use crate::probes::{
     FILTERS_EXACTLY, GridPlace, PROBE_GRIDS, PROBE_SOURCES, PlacedGrid, ProbeLayout, ProbesUniform, ProbesUniforms,
     grid_texels, has_sources, most_moved_m, unlit,
 };
-use crate::resources::environment::write_texels;
 use crate::shader::program::Constant;
 use bytemuck::Zeroable as _;
 use glam::Vec3;

@@ -5,11 +5,12 @@ use super::ask::ViewRequest;
 use super::output::Unsettled;
 use super::purpose::Purpose;
 use super::submit::SubmittedFrame;
+use crate::aov::PassPicture;
 use crate::draws::UnsettledTiles;
 use crate::environment::stored;
 use crate::gpu::readback;
 use crate::passes::adaptive;
-use crate::request::{PassPicture, RenderError};
+use crate::request::RenderError;
 use manypass_graph::{PassTime, Plan};
 use manypass_scene::Scene;
 

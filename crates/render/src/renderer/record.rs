@@ -2,68 +2,18 @@
 
 use super::ask::{FrameViews, ViewRequest};
 use super::counts::light_draws;
-use super::monitors::{MonitorPicture, record_screens};
-use super::output::ViewState;
-use super::portals::Doors;
+use super::monitors::record_screens;
 use super::prepare::PreparedFrame;
 use super::prepare_view::ViewSetup;
 use super::purpose::Purpose;
+use super::record_inputs::{EarlierResults, RecordInputs, SceneFeatures, ViewExports};
 use super::record_view::record_view;
 use super::shadows::Atlas;
-use super::surroundings::{self, FrameSurroundings, SideView, SurroundingsState};
-use super::water::Surfaces;
-use crate::aov::AovExports;
+use super::surroundings;
 use crate::frame;
-use crate::mirror_picture::MirrorPicture;
-use crate::overlay::draw::OverlayDraw;
-use crate::passes::fisheye::FaceRadiance;
-use crate::passes::particles::ParticlesDraw;
-use crate::passes::probe_capture::{CapturedProbe, ProbeSide};
-use crate::record::{Frame, PreparedView, Recorder};
+use crate::record::{Frame, Recorder};
 use crate::request::RenderError;
-use manypass_graph::{Export, Graph, Handle, Plan};
-use manypass_scene::Scene;
-use std::collections::BTreeMap;
-
-/// What recording a view leaves to fetch.
-#[derive(Default)]
-pub(super) struct ViewExports {
-    pub variables: AovExports,
-    pub export: Option<Export>,
-    /// The stops of an exposure that adapts.
-    pub adapted: Option<Export>,
-    /// Whether there is glass before a background that is none of radiance.
-    pub has_tint: bool,
-}
-
-/// What of a scene its views show beside surfaces.
-pub(super) struct SceneFeatures<'s> {
-    pub scene: &'s Scene,
-    pub water: Surfaces,
-    pub doors: Doors,
-    pub particles: Vec<ParticlesDraw>,
-    pub surroundings: Option<(&'s SurroundingsState, &'s FrameSurroundings)>,
-    /// Where what views around probes show belongs, in their order; and of which view it is put there.
-    pub probes: Option<(&'s PreparedView, &'s [Option<CapturedProbe>])>,
-}
-
-impl<'s> SceneFeatures<'s> {
-    pub fn new(
-        prepared: &'s PreparedFrame<'s>,
-        particles: Vec<ParticlesDraw>,
-        surroundings: &'s SurroundingsState,
-    ) -> Self {
-        let scene = prepared.scene.scene;
-        Self {
-            scene,
-            water: Surfaces::of(scene),
-            doors: Doors::of(scene),
-            particles,
-            surroundings: prepared.surroundings.as_ref().map(|of_frame| (surroundings, of_frame)),
-            probes: prepared.shared_view.as_ref().map(|view| (view, &prepared.captured[..])),
-        }
-    }
-}
+use manypass_graph::{Export, Graph, Plan};
 
 /// A frame whose passes are declared and planned.
 pub(super) struct RecordedFrame<'f> {
@@ -103,14 +53,6 @@ pub(super) fn record_frame<'f>(
     Ok(RecordedFrame { graph, plan, views, exports, light_draws })
 }
 
-/// A view that is recorded.
-pub(super) struct RecordInputs<'v, 'f> {
-    pub asked: &'f ViewRequest,
-    pub state: &'v mut ViewState,
-    pub setup: &'f ViewSetup,
-    pub overlay: &'v Option<OverlayDraw>,
-}
-
 /// Records all passes of views, innermost first.
 fn record_views<'v, 'f: 'v>(
     graph: &mut Graph<'f>,
@@ -142,22 +84,4 @@ fn record_views<'v, 'f: 'v>(
         recorded.push(record_view(graph, frame, features, view, &mut before, purpose)?);
     }
     Ok(recorded)
-}
-
-/// What views left for those that follow them.
-#[derive(Default)]
-pub(super) struct EarlierResults<'f> {
-    /// The sides of a fisheye picture.
-    pub faces: Vec<FaceRadiance>,
-    /// What cameras of monitors see, which screens do not show yet.
-    pub seen: Vec<MonitorPicture<'f>>,
-    /// The sides of the pictures around places.
-    pub sides: BTreeMap<SideView, Handle>,
-    /// The sides of what is around a probe, and how many probes came before it.
-    pub around: Vec<ProbeSide>,
-    pub probes: usize,
-    /// What is behind mirrors, by the names of the views.
-    pub behind: BTreeMap<String, MirrorPicture>,
-    /// Radiance of what is seen through portals, by the names of the views.
-    pub through: BTreeMap<String, Handle>,
 }

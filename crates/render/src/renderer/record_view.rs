@@ -3,11 +3,11 @@
 use super::ask::ViewRequest;
 use super::fisheye::uv_from_place;
 use super::live_probes::record_probe;
-use super::mirrors;
 use super::monitors::{darken_monitors, record_monitor};
-use super::prepare_view::{ViewSetup, output_of};
+use super::prepare_view::output_of;
 use super::purpose::Purpose;
-use super::record::{EarlierResults, RecordInputs, SceneFeatures, ViewExports};
+use super::record_inputs::{EarlierResults, RecordInputs, SceneFeatures, ViewExports};
+use super::record_mirrors;
 use super::view_kind::Drawing;
 use crate::aov::AovExports;
 use crate::environment::lobe::FACES;
@@ -81,7 +81,7 @@ fn record_surfaces<'f>(
     let (asked, setup, request) = (view.asked, view.setup, &view.asked.request);
     let SceneFeatures { scene, water, doors, particles, .. } = features;
     let flat = SceneLayers {
-        mirrors: mirrors::shown((asked, setup), &mut before.behind),
+        mirrors: record_mirrors::shown((asked, setup), &mut before.behind),
         water: water.shown((*scene, &frame.resources.textures), (asked, setup), &mut before.behind),
         portals: doors.shown(asked, &mut before.through),
         particles: particles.clone(),
@@ -97,7 +97,7 @@ fn record_surfaces<'f>(
     let outputs = frame::view_passes(&mut r, &request.settings, variables, &flat)?;
     match &asked.kind.drawing {
         Drawing::Picture | Drawing::Fisheye(_) => return Ok(Some(outputs)),
-        Drawing::Mirror(mirror) => mirrors::record_behind(&mut r, mirror, asked, outputs, before)?,
+        Drawing::Mirror(mirror) => record_mirrors::record_behind(&mut r, mirror, asked, outputs, before)?,
         Drawing::Side(side) => {
             before.sides.insert(*side, outputs.radiance);
         }
@@ -141,7 +141,7 @@ fn record_picture<'f>(
     let has_tint = outputs.tint.is_some();
     let (mut export, mut adapted) = (None, None);
     let previous_sum = asked.previous_sum(state);
-    let step = adaptive_step(asked, setup);
+    let step = setup.adaptive_step(asked);
     match output_of(r.frame.gpu, asked, &mut state.output, (purpose, step != adaptive::Step::None), has_tint) {
         None => {
             let meter = meter::record(r, &outputs.radiance)?;
@@ -176,9 +176,4 @@ fn record_picture<'f>(
         }
     }
     Ok(ViewExports { variables: AovExports::default(), export, adapted, has_tint })
-}
-
-/// What the view does after this sample.
-pub(super) fn adaptive_step(asked: &ViewRequest, setup: &ViewSetup) -> adaptive::Step {
-    if setup.is_adaptive { asked.adaptive_step() } else { adaptive::Step::None }
 }

@@ -1,13 +1,15 @@
 //! From what a caller asks for to the views of a frame, whose settings all have values.
 
 use super::Renderer;
-use super::captures::{Captures, Part};
 use super::fisheye::parts_of;
+use super::mirrors::{Mirrors, VIEWS_MAX};
 use super::next::NextState;
+use super::part::{Captures, Part};
 use super::purpose::Purpose;
 use crate::request::{FrameRequest, RenderError, SceneDefaults};
 use manypass_scene::Scene;
 use std::cell::LazyCell;
+use std::collections::BTreeSet;
 
 /// The views of a frame, and what the frame leaves for the next one once it is submitted.
 pub(super) struct ResolvedFrame {
@@ -71,5 +73,35 @@ impl Renderer {
             parts_of(name, request, limit_px)
         });
         Ok(parts.collect())
+    }
+
+    /// `parts`, and the views of what they show of monitors and mirrors. Whose turn it was is in `next`.
+    ///
+    /// # Errors
+    /// A monitor or mirror asks for a tier of quality that there is not.
+    fn captures(
+        &mut self,
+        scene: &Scene,
+        parts: Vec<Part>,
+        purpose: &Purpose<'_>,
+        next: &mut NextState,
+    ) -> Result<Captures, RenderError> {
+        let Some(first) = parts.first().map(|part| part.request.clone()) else { return Ok(Captures::default()) };
+        if !first.settings.captures.enabled {
+            return Ok(Captures { parts, ..Captures::default() });
+        }
+        let mirrors = Mirrors::of(scene, self.gpu.capabilities.max_texture_size);
+        let depth = first.settings.captures.depth.max(1);
+        let (mut drawn, mut shown) = (0, BTreeSet::new());
+        let of_picture = mirrors.before(scene, parts, depth, (&mut drawn, &mut shown))?;
+        let (monitors, monitors_left_out) = self.monitors(scene, &of_picture, &mut next.captures)?;
+        // A meter exposes its readings otherwise than pictures are.
+        let mut all = if purpose.is_exposed { self.probe_parts(scene, &first, next) } else { Vec::new() };
+        all.extend(self.sides(scene, &first, &mut next.surroundings)?);
+        all.extend(mirrors.before(scene, monitors, depth, (&mut drawn, &mut shown))?);
+        all.extend(of_picture);
+        let beyond = drawn.saturating_sub(VIEWS_MAX) as u32;
+        let left_out = monitors_left_out + (mirrors.len() - shown.len()) as u32 + beyond;
+        Ok(Captures { parts: all, left_out })
     }
 }

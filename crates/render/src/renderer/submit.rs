@@ -8,7 +8,9 @@ use super::next::NextState;
 use super::output::ViewState;
 use super::prepare::{MadeCounts, PreparedFrame, check_budget};
 use super::purpose::Purpose;
-use super::record::{RecordedFrame, SceneFeatures, ViewExports, record_frame};
+use super::record::{RecordedFrame, record_frame};
+use super::record_inputs::{SceneFeatures, ViewExports};
+use crate::aov::MissingExport;
 use crate::draws::Tile;
 use crate::frame;
 use crate::gpu::Gpu;
@@ -143,7 +145,9 @@ impl Renderer {
                 state.adapted = exported.adapted.and_then(|adapted| run.exported(adapted).cloned());
             }
             if asked.wants_variables && purpose.keeps_variables {
-                state.aovs = exported.variables.textures(&run, setup.variables_uniform, asked.request.origin_m)?;
+                let textures = exported.variables.textures(&run, setup.variables_uniform, asked.request.origin_m);
+                state.aovs =
+                    textures.map_err(|MissingExport| RenderError::Internal("an exported texture is missing"))?;
             }
         }
         if purpose.keeps_variables && requests.iter().any(|asked| asked.wants_variables) {

@@ -2,11 +2,10 @@
 //! the texels of probes beside those of the environment.
 
 use super::Renderer;
-use super::captures::{Part, settings_of};
-use super::live_probes::ProbeLighting;
-use super::next::NextState;
+use super::part::{Part, settings_of};
+use super::probe_lighting::ProbeLighting;
 use super::probes::{PlacedProbes, ProbeTexels};
-use super::view_kind::{CapturedLight, Drawing, ViewKind};
+use super::view_kind::{CapturedLight, Drawing, SideView, ViewKind};
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
 use crate::environment::{Background, EnvironmentUniform};
 use crate::frame;
@@ -31,17 +30,6 @@ use manypass_scene::{Projection, Scene};
 use std::collections::BTreeMap;
 use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
-
-/// A side of the pictures around a place.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct SideView {
-    /// How often they were captured before, in this frame.
-    pub bounce: u32,
-    /// Which surroundings.
-    pub index: usize,
-    /// Which face of a cube map.
-    pub face: usize,
-}
 
 /// A side of a reflection probe. What lies behind everything is what surfaces get light of.
 fn kind_of(side: SideView) -> ViewKind {
@@ -283,15 +271,15 @@ impl Renderer {
     }
 
     /// The texture for the tiles of a frame's surroundings and the texels of its probes, beside the tiles of the environment,
-    /// if a scene has any and the adapter has room for it; where that is too little, probes are left out.
+    /// if a scene has any and the adapter has room for it; where that is too little, probes are left out. `state` knows of
+    /// it from then on; a plan (`is_run` is false) writes nothing.
     pub(super) fn prepare_surroundings(
         &mut self,
         scene: &Scene,
         request: &FrameRequest,
         environment: Option<&wgpu::TextureView>,
-        next: &mut NextState,
+        (state, is_run): (&mut SurroundingsState, bool),
     ) -> Option<FrameSurroundings> {
-        let (state, is_run) = (&mut next.surroundings, next.is_run);
         // Pictures that were found beforehand are none that are captured.
         let is_shown = |of: &Surroundings| request.settings.captures.enabled || of.picture.is_some();
         let has_any = known_surroundings(scene).any(is_shown);

@@ -1,10 +1,7 @@
 //! What views that are anti-aliased over time know of their last frame.
 
 use super::Renderer;
-use super::ask::ViewRequest;
-use super::output::ViewState;
 use crate::passes::taa::{PreviousFrames, TemporalFrame};
-use crate::passes::upscale::UpscaleMethod;
 use crate::pose::Pose;
 use crate::request::FrameRequest;
 use crate::settings::Settings;
@@ -87,14 +84,14 @@ pub(super) struct TemporalRequest {
 }
 
 impl TemporalRequest {
-    /// For a frame of `request`, if it is anti-aliased over time, after the last frame that `state` knows; motion is
-    /// then since that.
-    pub fn new(request: &mut FrameRequest, state: &ViewState, scene: &Scene) -> Option<Self> {
+    /// For a frame of `request`, if it is anti-aliased over time, after the `last` frame of its view; motion is then
+    /// since that.
+    pub fn new(request: &mut FrameRequest, last: Option<&LastFrame>, scene: &Scene) -> Option<Self> {
         if !request.resolves_over_time() {
             return None;
         }
         // The history of another scene is that of other surfaces.
-        let last = state.temporal.clone().filter(|last| request.goes_on && last.pose.is_of(scene));
+        let last = last.filter(|last| request.goes_on && last.pose.is_of(scene)).cloned();
         if let Some(last) = &last {
             request.previous = Some(last.pose.clone());
         }
@@ -133,37 +130,6 @@ impl TemporalRequest {
         let known = known.filter(|shown| shown.is_of(request, scene, scene_version)).cloned();
         let shown = known.unwrap_or_else(|| Arc::new(Shown::new(request, scene, scene_version)));
         LastFrame { pose: self.pose.clone(), shown, index: self.index, pre_exposure: request.pre_exposure() }
-    }
-}
-
-impl ViewRequest {
-    /// The picture's size, if frames that follow each other bring it to that from the smaller one at which they are
-    /// shaded.
-    pub(super) fn upscaled_to(&self) -> Option<(u32, u32)> {
-        let is_asked = self.temporal.is_some() && self.request.settings.upscale.method == UpscaleMethod::Temporal;
-        let is_smaller = self.size.0 <= self.output_size.0 && self.size.1 <= self.output_size.1;
-        (is_asked && is_smaller && self.size != self.output_size).then_some(self.output_size)
-    }
-
-    /// By how much the frame is moved for the sake of frames before and after it, in pixels.
-    pub(super) fn temporal_jitter_px(&self) -> Vec2 {
-        self.temporal.as_ref().map_or(self.viewer_jitter_px, TemporalRequest::jitter_px)
-    }
-}
-
-/// Moves the views behind mirrors as those that show them, of which they are parts.
-pub(super) fn move_mirrors(asked: &mut [ViewRequest]) {
-    // Those that show others come after them.
-    for viewer in (0..asked.len()).rev() {
-        let Some(ViewRequest { size, mirrors, .. }) = asked.get(viewer) else { continue };
-        let (size, jitter_px) = (*size, asked[viewer].temporal_jitter_px());
-        let names: Vec<String> = mirrors.iter().map(|mirror| mirror.view.clone()).collect();
-        for behind in asked.iter_mut().filter(|behind| names.contains(&behind.name)) {
-            let larger =
-                Vec2::new(behind.size.0 as f32, behind.size.1 as f32) / Vec2::new(size.0 as f32, size.1 as f32);
-            // What is drawn beyond the viewer's picture makes no pixel larger.
-            behind.viewer_jitter_px = jitter_px * larger / behind.kind.margin;
-        }
     }
 }
 

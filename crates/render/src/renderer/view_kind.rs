@@ -1,13 +1,11 @@
 //! Kinds of views: pictures, and the views within them. What depends on the kind is answered here, by the file that makes
 //! views of that kind.
 
-use super::captures::MonitorView;
-use super::live_probes::ProbeSide;
-use super::mirrors::MirrorView;
-use super::surroundings::SideView;
+use super::probes::DueProbe;
 use crate::fisheye::{Face, FisheyeFaces};
 use crate::shader::program::Constant;
 use glam::{Vec2, Vec3};
+use manypass_scene::NodeId;
 
 /// What is to be known of a view because of its kind. Each kind is a difference to [`Self::picture`].
 #[derive(Clone, Debug)]
@@ -103,4 +101,69 @@ impl ViewKind {
     pub fn within(drawing: Drawing) -> Self {
         Self { drawing, is_within: true, has_means: false, keeps_border: false, ..Self::picture() }
     }
+}
+
+/// What a monitor's camera sees.
+#[derive(Clone, Debug)]
+pub(super) struct MonitorView {
+    /// The index of the monitor's image.
+    pub image: usize,
+    /// In how many other pictures it is seen.
+    pub level: u32,
+    /// The monitors that are dark where it sees them, because they would be too deep.
+    pub darkens: Vec<usize>,
+    /// By how many stops it is exposed more than the picture.
+    pub exposure_stops: f32,
+}
+
+/// What reflects.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) enum Reflector {
+    /// The mesh of a node.
+    Node(NodeId),
+    /// A surface of water of the scene, by its index.
+    Water(usize),
+    /// A portal of the scene, by its index, and one of its ends: it reflects nothing, but has a view behind it as mirrors
+    /// have.
+    Portal(usize, usize),
+}
+
+/// What a view shows of a mirror.
+#[derive(Clone, Debug)]
+pub(super) struct MirrorLink {
+    /// The name of the view behind it.
+    pub view: String,
+    pub of: Reflector,
+    /// The unit normal of its plane, towards the eye.
+    pub normal_world: Vec3,
+    pub corners_world: [Vec3; 4],
+    pub is_smooth: bool,
+}
+
+/// The view behind a mirror.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct MirrorView {
+    pub is_smooth: bool,
+    /// What shows it.
+    pub of: Reflector,
+}
+
+/// A side of the pictures around a place.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct SideView {
+    /// How often they were captured before, in this frame.
+    pub bounce: u32,
+    /// Which surroundings.
+    pub index: usize,
+    /// Which face of a cube map.
+    pub face: usize,
+}
+
+/// A side of what is to be seen around a probe.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct ProbeSide {
+    pub of: DueProbe,
+    pub face: usize,
+    /// Whether what is found is read by later frames alone.
+    pub is_apart: bool,
 }

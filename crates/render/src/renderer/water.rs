@@ -1,8 +1,8 @@
 //! Which surfaces of water a view shows.
 
 use super::ask::ViewRequest;
-use super::mirrors::Reflector;
 use super::prepare_view::ViewSetup;
+use super::view_kind::Reflector;
 use crate::mirror_picture::MirrorPicture;
 use crate::outline::is_seen;
 use crate::passes::water::WaterDraw;

@@ -1,7 +1,6 @@
 //! What is told of a frame afterwards.
 
 use crate::levels::LevelCount;
-use crate::record::LegendEntry;
 
 /// Numbers of the last frame.
 #[derive(Clone, Debug, Default, serde::Serialize)]
@@ -103,20 +102,4 @@ impl std::ops::AddAssign for PairCounts {
         self.pairs_in_range += other.pairs_in_range;
         self.pairs_passed_over += other.pairs_passed_over;
     }
-}
-
-/// The picture of one target of one pass.
-#[derive(Clone, Debug)]
-#[non_exhaustive]
-pub struct PassPicture {
-    /// Pass and target.
-    pub name: String,
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// sRGB, opaque.
-    pub rgba8: Vec<u8>,
-    /// What its colours mean, if the pass says so.
-    pub legend: Vec<LegendEntry>,
 }

@@ -1,10 +1,11 @@
 //! How much memory a scene takes when it is uploaded, from the headers of its images and the lengths of its lists.
 
 use super::STRIDES;
-use super::environment::upload_bytes_of;
+
 use super::geometry::index_count;
 use super::packing::{layer_size, wanted};
 use super::vertices::is_deformed;
+use crate::environment::picture::upload_bytes_of;
 use manypass_scene::Scene;
 
 /// Images that are decoded, given mips or on their way to the device at one time.

@@ -1,8 +1,7 @@
 //! What the layers of a material are on the device: which there are, their factors, and where their maps lie.
 
-use super::materials::Sampled;
 use super::packing::{ImageSource, layer_image, layer_images, light_map};
-use super::textures::Textures;
+use super::textures::{Sampled, Textures};
 use crate::constants::{
     LAYER_ANISOTROPY, LAYER_BUMP, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_DISPERSION, LAYER_GLOSSINESS,
     LAYER_IRIDESCENCE, LAYER_LIGHT_MAP, LAYER_PARALLAX, LAYER_SELF_SHADOW, LAYER_SHEEN, LAYER_STEPS,
@@ -12,6 +11,17 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Mat3, Vec3, Vec4};
 use manypass_scene::material::HeightMethod;
 use manypass_scene::{AlphaMode, LayerMap, Material, Sampler, Scene, ShadingModel, TextureRef};
+
+/// The factors of the material that a draw binds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum FactorsOf {
+    /// All of it.
+    Whole,
+    /// Without layers.
+    Plain,
+    /// Without layers and textures.
+    Untextured,
+}
 
 /// The bit of reflection that is not as a refractive index makes it, which costs no shader anything.
 const LAYER_SPECULAR: u32 = 1 << 26;

@@ -1,11 +1,10 @@
 //! Materials on the device: their factors lie in pages, so that a change of one is one write.
 
 use super::filtering::Sampling;
-use super::layers::{LayerFactors, Layers, SHADED_WHERE_DRAWN, f0_of_ior, share_through};
+use super::layers::{FactorsOf, LayerFactors, Layers, SHADED_WHERE_DRAWN, f0_of_ior, share_through};
 use super::packing::{ImageSource, shared_texel};
 use super::pages::{Pages, Place};
-use super::reduced::FactorsOf;
-use super::textures::Textures;
+use super::textures::{Sampled, Textures};
 use crate::constants::{
     LAYER_CLEARCOAT, LAYER_GLOSSINESS, LAYER_LIGHT_MAP, LAYER_TRANSMISSION, SHADING_MODEL_COATED_ROUGH,
     SHADING_MODEL_COATED_SMOOTH, SHADING_MODEL_UNTRACED,
@@ -121,9 +120,6 @@ impl GpuMaterial {
         self.bind_groups.borrow_mut().retain(|((_, _, of), _)| *of == FactorsOf::Whole);
     }
 }
-
-/// A texture, and what it is sampled with.
-pub(crate) type Sampled = (wgpu::TextureView, Sampler);
 
 /// What a material is for shaders and pipelines.
 #[derive(Clone, Debug)]

@@ -3,8 +3,9 @@
 
 mod baked;
 mod clouds;
+mod decal_atlas;
 mod decode;
-pub(crate) mod environment;
+mod directional_albedo;
 pub mod estimate;
 pub mod filtering;
 mod geometry;
@@ -21,24 +22,25 @@ mod textures;
 mod vertices;
 
 pub(crate) use clouds::Cloud;
+pub(crate) use decal_atlas::{DecalAtlas, ImageUse};
+pub(crate) use directional_albedo::directional_albedo_texels;
 pub(crate) use geometry::{Geometry, GpuPrimitive};
-pub(crate) use materials::{GpuMaterial, Materials, Sampled};
+pub(crate) use layers::FactorsOf;
+pub(crate) use materials::{GpuMaterial, Materials};
 pub(crate) use packing::monitors_of;
 pub(crate) use pages::Place;
-pub(crate) use reduced::{FactorsOf, ReducedMaterials};
+pub(crate) use reduced::ReducedMaterials;
 pub use settings::TextureSettings;
-pub(crate) use textures::{Address, Textures, address_of, monitor_desc, monitor_fits};
+pub(crate) use textures::{Sampled, Textures, monitor_desc, monitor_fits};
 use vertices::is_deformed;
 pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDES, copies};
 
 use crate::constants::DATA_WIDTH;
-use crate::decals::DecalAtlas;
-use crate::draws::Deformation;
+use crate::environment::picture::EnvironmentTiles;
 use crate::gpu::data_texture::DataTexture;
 use crate::gpu::{Gpu, destroy};
-use crate::pose::Pose;
+use crate::pose::{Deformation, Pose};
 use crate::surroundings::known_surroundings;
-use environment::EnvironmentTiles;
 use manypass_scene::Cache;
 use manypass_scene::turns::Turns;
 use manypass_scene::{EnvironmentMap, Material, Mesh, Primitive, Scene, Texture};

@@ -1,42 +1,18 @@
 //! What of materials is drawn where their surfaces are seen small: factors without layers, and factors with the means
 //! of textures in their place. They are made only for frames that ask for it, and only of what changed.
 
-use super::layers::f0_without_layers;
+use super::layers::{FactorsOf, f0_without_layers};
 use super::materials::{
-    GpuMaterial, MaterialFactors, Materials, SHADING_MODEL_BAKED, SHADING_MODEL_STANDARD, Sampled,
-    UNIFORM_ALIGNMENT_BYTES, binding, is_shaded_where_drawn,
+    GpuMaterial, MaterialFactors, Materials, SHADING_MODEL_BAKED, SHADING_MODEL_STANDARD, UNIFORM_ALIGNMENT_BYTES,
+    binding, is_shaded_where_drawn,
 };
 use super::means::{Laid, means};
 use super::pages::{Pages, Place};
-use super::textures::Textures;
-use crate::draws::Item;
+use super::textures::{Sampled, Textures};
 use crate::gpu::Gpu;
-use crate::levels::SurfaceForm;
 use glam::{Vec3, Vec4};
 use manypass_scene::{Material, Scene};
 use std::collections::{HashMap, HashSet};
-
-/// The factors of the material that a draw binds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FactorsOf {
-    /// All of it.
-    Whole,
-    /// Without layers.
-    Plain,
-    /// Without layers and textures.
-    Untextured,
-}
-
-impl FactorsOf {
-    /// Those of an item whose surface has a form.
-    pub fn item(item: &Item, form: SurfaceForm) -> Self {
-        match form {
-            SurfaceForm::Untextured => Self::Untextured,
-            _ if item.is_reduced_to_plain(form) => Self::Plain,
-            _ => Self::Whole,
-        }
-    }
-}
 
 /// A primitive of a mesh.
 type Surface = (u32, u32);

@@ -27,6 +27,9 @@ enum Held {
 /// What tells two images apart.
 pub(crate) type Address = usize;
 
+/// A texture, and what it is sampled with.
+pub(crate) type Sampled = (wgpu::TextureView, Sampler);
+
 /// What tells two textures apart.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Content {

@@ -4,6 +4,7 @@
 pub mod cache;
 pub mod compose;
 pub(crate) mod dump;
+pub(crate) mod frame_group;
 #[cfg(test)]
 #[allow(clippy::unwrap_used, reason = "a test says what it expects by panicking")]
 pub(crate) mod layout;

@@ -1,8 +1,8 @@
 //! Programs: a WGSL module with its layouts found by reflection. Uniforms, textures, samplers and vertex inputs are
 //! bound by their WGSL names; the names are looked up when a pipeline or a bind group is made, never per draw.
 
+use super::frame_group::{FRAME_GROUP, FrameSlot};
 use super::reflection::{parse, reflect_bindings, reflect_inputs};
-use crate::record::{FRAME_GROUP, FrameSlot};
 use std::sync::atomic::{AtomicU32, Ordering};
 #[cfg(not(target_arch = "wasm32"))]
 use {

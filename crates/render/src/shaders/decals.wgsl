@@ -1,5 +1,5 @@
 // Decals on a surface: those of the cluster's list whose box holds the place, one over the other in their order.
-// Where: `decals/mod.rs`, which writes them, and `light_table.wgsl`, in whose textures they lie.
+// Where: `decals.rs`, which writes them, and `light_table.wgsl`, in whose textures they lie.
 
 import package::constants::{
     DECAL_COLOR_IMAGES, DECAL_EMISSION, DECAL_EMISSION_IMAGES, DECAL_LAYERS, DECAL_NORMALS, DECAL_ROUGHNESS,

@@ -264,7 +264,7 @@ fn sheen_shadowing(cosine: f32, alpha: f32) -> f32 {
     return exp(select(high, low, cosine < 0.5));
 }
 
-// Distribution times visibility of fibres; `record/directional_albedo.rs` integrates the same.
+// Distribution times visibility of fibres; `resources/directional_albedo.rs` integrates the same.
 fn sheen_lobe(n_dot_l: f32, n_dot_v: f32, n_dot_half: f32, alpha: f32) -> f32 {
     let sine_squared = max(1.0 - n_dot_half * n_dot_half, 1e-4);
     let distribution = (2.0 + 1.0 / alpha) * pow(sine_squared, 0.5 / alpha) / (2.0 * PI);

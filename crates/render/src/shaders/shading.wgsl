@@ -8,8 +8,8 @@ import package::shaders::brdf::{Shading, set_lamp_terms};
 const FLAT_LIKENESS_MIN: f32 = 0.9998;
 
 // Scale and bias of f0 in the directional albedo of GGX (Karis 2013), and the directional albedo of sheen, over n.v (u)
-// and perceptual roughness (v); integrated by `record/directional_albedo.rs`. They are the lowest rows of a texture that
-// may hold the images of decals above, because a stage on WebGL 2 has no texture to spare.
+// and perceptual roughness (v); integrated by `resources/directional_albedo.rs`. They are the lowest rows of a texture
+// that may hold the images of decals above, because a stage on WebGL 2 has no texture to spare.
 @group(0) @binding(1) var directional_albedo: texture_2d<f32>;
 @group(0) @binding(2) var linear_clamp: sampler;
 

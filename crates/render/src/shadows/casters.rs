@@ -3,8 +3,9 @@
 use super::column::column_range;
 use super::projection::TileProjection;
 use crate::constants::WITHOUT_NORMALS;
-use crate::draws::{BLOCK_ITEMS, Deformation, Draw, Faces, Form, Item, WorldDraws};
+use crate::draws::{BLOCK_ITEMS, Draw, Faces, Form, Item, WorldDraws};
 use crate::levels::Chooser;
+use crate::pose::Deformation;
 use crate::resources::Instance;
 use glam::{Mat3, Quat, Vec2, Vec3, Vec4};
 use manypass_scene::{Aabb, Topology};

@@ -10,10 +10,10 @@
 
 use crate::environment::ENVIRONMENT_FORMAT;
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
-use crate::environment::tiles::Tile;
+use crate::environment::picture::{EnvironmentTiles, Unfinished};
+use crate::environment_tiles::Tile;
 use crate::pass_info::PassInfo;
 use crate::record::Recorder;
-use crate::resources::environment::{EnvironmentTiles, Unfinished};
 use crate::shader::program::ProgramError;
 use crate::surroundings::FACE_SIDE;
 use bytemuck::{Pod, Zeroable};

@@ -1,7 +1,6 @@
 //! The pipelines of programs that draw surfaces.
 
-use crate::draws::{AXES, Axes, BINDING_AXES, DEFORMED, Faces, MASKED};
-use crate::levels::FADES;
+use crate::draws::{AXES, Axes, BINDING_AXES, DEFORMED, FADES, Faces, MASKED};
 use crate::record::decal_marks::DECAL_BIT;
 use crate::resources::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, STRIDES};
 use crate::shader::program::{Constant, ProgramError};

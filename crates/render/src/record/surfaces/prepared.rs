@@ -4,8 +4,7 @@ use super::pipelines::{ALPHA_TO_COVERAGE, Key, SurfacePipeline, Targets};
 use super::shape::{Shape, Special};
 use super::{DecalUse, DrawSelection};
 use crate::decals::DECALS;
-use crate::draws::{BLOCK_ITEMS, Draw, Item, MASKED, VisibleClouds, WorldDraws};
-use crate::levels::FADES;
+use crate::draws::{BLOCK_ITEMS, Draw, FADES, Item, MASKED, VisibleClouds, WorldDraws};
 use crate::record::bind_groups::Resource;
 use crate::record::{Frame, PreparedView};
 use crate::resources::layers::{RELIEF, SHADED_WHERE_DRAWN};
@@ -176,7 +175,7 @@ impl Preparing<'_, '_> {
                 commands.push(Command::Bound(all_bound[bound as usize].clone()));
                 (state.bound, state.material) = (Some(bound), None);
             }
-            let material = (item.material, FactorsOf::item(item, draw.form.surface));
+            let material = (item.material, item.factors_in(draw.form.surface));
             if state.material != Some(material) {
                 let program = &all_bound[bound as usize].pipeline.program;
                 let group = material_bind_group(self.frame, self.view, program, material)?;

@@ -1,9 +1,9 @@
 //! The picture of the environment on the device.
 
+use super::lobe::{Lobe, LobeTable, roughness_of_level};
+use super::{ENVIRONMENT_FORMAT, stored, studio};
 use crate::constants::ENVIRONMENT_LEVEL_LAST;
-use crate::environment::lobe::{Lobe, LobeTable, roughness_of_level};
-use crate::environment::tiles::{Tile, TileSides, texture_size};
-use crate::environment::{ENVIRONMENT_FORMAT, stored, studio};
+use crate::environment_tiles::{Tile, TileSides, texture_size};
 use crate::gpu::{Gpu, destroy};
 use glam::Vec3;
 use half::f16;
@@ -235,7 +235,7 @@ fn shrunk(map: &EnvironmentMap, factor: u32) -> Vec<[f16; 4]> {
 
 /// Bytes that the tiles of a map take while they are drawn: its picture and a copy on the way, the tiles, the cube map
 /// with its halves.
-pub(super) fn upload_bytes_of(map: &EnvironmentMap) -> u64 {
+pub(crate) fn upload_bytes_of(map: &EnvironmentMap) -> u64 {
     let texel_bytes = 8;
     let (width, height) = texture_size(TileSides::of_picture(map.width, u32::MAX));
     let source_side = u64::from(source_side(map.width));

@@ -4,11 +4,11 @@
 //! each, and no texel of a level holds two images. Colours are linear and times alpha, so that what is transparent has
 //! no colour when texels are averaged.
 
+use super::directional_albedo::directional_albedo_texels;
+use super::textures::{Address, address_of};
 use crate::colour::linear_from_srgb;
 use crate::constants::DIRECTIONAL_ALBEDO_SIZE;
 use crate::gpu::Gpu;
-use crate::record::directional_albedo_texels;
-use crate::resources::{Address, address_of};
 use half::f16;
 use manypass_scene::environment::BrdfTable;
 use manypass_scene::{Image, Pixels, Scene};

@@ -1,7 +1,10 @@
 //! Which decals touch which clusters of a view.
 
-use super::DecalTable;
-use crate::lights::{ClusterSettings, Grid, ListLimits, ListRecord, Target, lists_of_spans};
+use super::clusters::{ListLimits, lists_of_spans};
+use super::grid::{Grid, Target};
+use super::record::ListRecord;
+use super::settings::ClusterSettings;
+use crate::decals::{DecalTable, corners_of_box};
 use crate::view::{DepthRange, View};
 use glam::{Mat4, Vec3};
 use std::sync::Arc;
@@ -73,14 +76,6 @@ impl DecalLists {
             return (lists, entries);
         }
     }
-}
-
-/// The corners of a box whose sides are 1, of which the bits of their numbers say on which side of each axis they lie.
-pub(super) fn corners_of_box() -> [Vec3; 8] {
-    std::array::from_fn(|corner| {
-        let side = |bit: usize| if corner >> bit & 1 == 1 { 0.5 } else { -0.5 };
-        Vec3::new(side(0), side(1), side(2))
-    })
 }
 
 #[cfg(test)]

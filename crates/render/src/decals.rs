@@ -1,4 +1,5 @@
-//! Decals: the table of their boxes and looks, the texture of their images, and the list of those in every cluster.
+//! Decals: the table of their boxes and looks. `resources/decal_atlas.rs` has the texture of their images,
+//! `lights/decals.rs` the list of those in every cluster, `draws/decals.rs` the surfaces that they may touch.
 //!
 //! Surfaces look decals up where they are evaluated, in the G-buffer's pass and where they are shaded as they are drawn
 //! alike (`shaders/decals.wgsl`), rather than that boxes are drawn over the G-buffer: every path shows the same, each
@@ -8,19 +9,12 @@
 //!
 //! Source: clustered decals (Sousa & Geffroy 2016, "The devil is in the details: idTech 666").
 
-mod atlas;
-mod draws;
-mod lists;
-
-pub(crate) use atlas::{DecalAtlas, ImageUse};
-pub(crate) use draws::{DecalDraws, find_touched};
-pub(crate) use lists::DecalLists;
-
 use crate::constants::{
     DECAL_COLOR_IMAGES, DECAL_EMISSION, DECAL_EMISSION_IMAGES, DECAL_LAYERS, DECAL_NORMALS, DECAL_ROUGHNESS,
     DECAL_ROUGHNESS_IMAGES, DECAL_TEXELS, DECALS_SHOWN,
 };
-use glam::{Mat4, Vec4};
+use crate::resources::{DecalAtlas, ImageUse};
+use glam::{Mat4, Vec3, Vec4};
 use manypass_scene::Scene;
 use manypass_scene::capture::LAYERS_ALL;
 use manypass_scene::decal::{DECALS_MAX, Decal, DecalLook};
@@ -159,6 +153,14 @@ fn texels(decal: &Decal, world_from_box: &Mat4, atlas: &DecalAtlas) -> [[f32; 4]
         *texel = world_from_box.row(row).to_array();
     }
     texels
+}
+
+/// The corners of a box whose sides are 1, of which the bits of their numbers say on which side of each axis they lie.
+pub(crate) fn corners_of_box() -> [Vec3; 8] {
+    std::array::from_fn(|corner| {
+        let side = |bit: usize| if corner >> bit & 1 == 1 { 0.5 } else { -0.5 };
+        Vec3::new(side(0), side(1), side(2))
+    })
 }
 
 /// The decals of a frame, compared by their place in memory.

@@ -5,6 +5,7 @@
 //! again; a test holds it to the integrals.
 
 use crate::constants::DIRECTIONAL_ALBEDO_SIZE;
+use manypass_scene::environment::BrdfTable;
 
 /// How many texels the table has.
 const TEXELS: usize = (DIRECTIONAL_ALBEDO_SIZE * DIRECTIONAL_ALBEDO_SIZE) as usize;
@@ -14,16 +15,42 @@ static TABLE: &[u8; TEXELS * 12] = include_bytes!("directional_albedo.bin");
 
 /// Scale and bias of f0, and the albedo of sheen: n·v goes from 0 to 1 along a row, perceptual roughness from row to
 /// row.
-pub(super) fn table() -> impl Iterator<Item = [f32; 3]> {
+fn table() -> impl Iterator<Item = [f32; 3]> {
     let (floats, _) = TABLE.as_chunks::<4>();
     let (texels, _) = floats.as_chunks::<3>();
     texels.iter().map(|texel| texel.map(f32::from_le_bytes))
+}
+
+/// The table as half floats, which every backend can filter, four a texel; scale and bias are those of
+/// `brdf` if there is one.
+pub(crate) fn directional_albedo_texels(brdf: Option<&BrdfTable>) -> Vec<u16> {
+    let last = DIRECTIONAL_ALBEDO_SIZE - 1;
+    let place = |at: u32| at as f32 / last as f32;
+    let texel = |(index, [scale, bias, sheen]): (u32, [f32; 3])| {
+        let (column, row) = (index % DIRECTIONAL_ALBEDO_SIZE, index / DIRECTIONAL_ALBEDO_SIZE);
+        let [scale, bias] = brdf.map_or([scale, bias], |brdf| brdf.at(place(column), place(row)));
+        [scale, bias, sheen, 0.0].map(half_from_unit)
+    };
+    (0..).zip(table()).flat_map(texel).collect()
+}
+
+/// A half float of a value from 0 to 2, rounded to nearest; values below 2⁻¹⁴ become denormal.
+fn half_from_unit(value: f32) -> u16 {
+    let bits = value.max(0.0).to_bits();
+    let exponent = (bits >> 23) as i32 - 127 + 15;
+    if exponent <= 0 {
+        return (value * 16_777_216.0).round() as u16;
+    }
+    let rounded = (bits & 0x7f_ffff) + 0x1000;
+    (((exponent as u32) << 10) + (rounded >> 13)) as u16
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::constants::ROUGHNESS_PERCEPTUAL_MIN;
+    use half::f16;
+    use manypass_testkit::radiance_file::RadiancePicture;
     use std::f64::consts::{PI, TAU};
 
     /// Directions that are spread evenly (Hammersley): their error is below the step of the half floats that hold the
@@ -105,10 +132,47 @@ mod tests {
         let is_near = |(a, b): (f32, f32)| (a - b).abs() <= 1e-6;
         let is_current = table().zip(&truth).all(|(a, b)| a.into_iter().zip(*b).all(is_near));
         if !is_current && std::env::var_os("MANYPASS_GOLDENS").is_some_and(|value| value == "write") {
-            let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/record/directional_albedo.bin");
+            let path = concat!(env!("CARGO_MANIFEST_DIR"), "/src/resources/directional_albedo.bin");
             let bytes: Vec<u8> = truth.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
             return std::fs::write(path, bytes).expect("written");
         }
         assert!(is_current, "directional_albedo.bin differs from its integrals: run `cargo xtask goldens`");
+    }
+
+    /// Our own table as a file of 256 by 256 texels.
+    fn exported() -> BrdfTable {
+        const SIDE: usize = 256;
+        let (own, last) = (Vec::from_iter(table()), DIRECTIONAL_ALBEDO_SIZE as usize - 1);
+        let texel = |i: usize| {
+            let place = |at: usize| (at as f32 + 0.5) / SIDE as f32 * last as f32;
+            let (x, y) = (place(i % SIDE), place(i / SIDE));
+            let at = |x: usize, y: usize| own[y * (last + 1) + x];
+            [0, 1, 2].map(|channel: usize| {
+                let (left, top) = (x as usize, y as usize);
+                let [above, below] = [top, top + 1].map(|row| {
+                    let [a, b] = [left, left + 1].map(|column| at(column, row)[channel]);
+                    a + (b - a) * x.fract()
+                });
+                above + (below - above) * y.fract()
+            })
+        };
+        let pixels = (0..SIDE * SIDE).map(texel).collect();
+        let bytes = RadiancePicture { width: SIDE, height: SIDE, pixels }.to_exr();
+        BrdfTable::decode("own.exr", &bytes).expect("a table")
+    }
+
+    #[test]
+    fn a_file_of_our_own_table_is_our_own_table() {
+        let [own, read] = [None, Some(&exported())].map(directional_albedo_texels);
+        let value = |bits: &u16| f16::from_bits(*bits).to_f32();
+        let worst = own.iter().zip(&read).map(|(a, b)| (value(a) - value(b)).abs()).fold(0.0, f32::max);
+        // A step of a byte. Our table has corners, where its texels are, which lie between those of the file.
+        assert!(own.len() == read.len() && worst < 1.0 / 255.0, "{worst}");
+        let flat = BrdfTable::decode("flat.hdr", b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 1\n\x80\x40\0\x81");
+        let flat = directional_albedo_texels(Some(&flat.expect("a table")));
+        let is_kept = |(of_file, own): (&[u16], &[u16])| {
+            [value(&of_file[0]), value(&of_file[1])] == [1.0, 0.5] && of_file[2..] == own[2..]
+        };
+        assert!(flat.chunks_exact(4).zip(own.chunks_exact(4)).all(is_kept), "the sheen stays our own");
     }
 }

@@ -1,7 +1,8 @@
 //! Which boxes of decals a view draws to mark the pixels that they may change, and which surfaces they may touch.
 
-use super::lists::corners_of_box;
-use crate::draws::{Draw, DrawList, Item, WorldDraws};
+use super::list::{Draw, DrawList};
+use super::world::{Item, WorldDraws};
+use crate::decals::corners_of_box;
 use glam::{Mat4, Vec3, Vec4};
 use manypass_scene::Aabb;
 use std::ops::Range;

@@ -12,10 +12,9 @@
 //! - where the exposure of the picture is given in stops;
 //! - where all are directional and none is brighter than the sun: such files are not in lux.
 
-use super::Exposure;
-use super::anchor::luminance;
+use super::FrameRequest;
 use crate::environment::Environment;
-use crate::request::FrameRequest;
+use crate::exposure::{Exposure, luminance};
 use manypass_scene::sky::{SKY_UNIT_NIT, SUN_LUX};
 use manypass_scene::{LightKind, NodeId, Scene};
 

@@ -16,7 +16,7 @@ pub(crate) struct Deformation {
 
 /// The joints of a skin in the table.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Joints {
+pub(crate) struct Joints {
     pub first: u32,
     /// Whether most of them turn triangles around; a mesh has one winding, so the others have to do with it.
     pub mirrored: bool,
@@ -24,7 +24,7 @@ pub(super) struct Joints {
 
 impl Deformation {
     /// Forgets what it holds, and keeps the memory.
-    pub(super) fn clear(&mut self) {
+    pub fn clear(&mut self) {
         self.joint_rows.clear();
         self.morph_weights.clear();
         self.joints.clear();
@@ -36,7 +36,7 @@ impl Deformation {
     }
 
     /// The joints of a skin, which are appended for the first of its nodes.
-    pub(super) fn joints_of(&mut self, scene: &Scene, skin: usize) -> Joints {
+    pub fn joints_of(&mut self, scene: &Scene, skin: usize) -> Joints {
         if let Some(known) = self.joints.get(&skin) {
             return *known;
         }
@@ -58,7 +58,7 @@ impl Deformation {
     }
 
     /// Weights for `count` targets, and where the first of them is; what is missing is 0.
-    pub(super) fn append_weights(&mut self, weights: &[f32], count: u32) -> u32 {
+    pub fn append_weights(&mut self, weights: &[f32], count: u32) -> u32 {
         let first = self.morph_weights.len() as u32;
         self.morph_weights.extend((0..count as usize).map(|i| weights.get(i).copied().unwrap_or(0.0)));
         first
