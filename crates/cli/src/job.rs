@@ -216,7 +216,7 @@ fn frame_range(text: &str) -> Result<(u32, u32), Failure> {
     let parsed = text.split_once("..").and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
     parsed.filter(|(a, b)| a <= b).ok_or_else(|| {
         Failure::usage(
-            format!("`{text}` is no range of frames"),
+            format!("`{text}` is not a range of frames"),
             "write --frames A..B with A from 0 to B; both are rendered",
         )
     })

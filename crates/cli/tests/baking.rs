@@ -142,7 +142,7 @@ fn what_is_wrong_is_said_and_nothing_is_lost() {
         (&["a.glb", "-o", "b.glb", "--bounces", "100"], 2, "100 bounces; write 0 to 64"),
         (&["a.glb", "-o", "b.glb", "--what", "probe"], 2, "probe"),
         (&["a.glb", "-o", "b.glb", "--what", "all,ambient-cubes"], 2, "as spherical harmonics or as ambient cubes"),
-        (&["a.glb", "-o", "b.glb", "--probe-spacing", "1"], 2, "--probe-spacing is of probes, which are not baked"),
+        (&["a.glb", "-o", "b.glb", "--probe-spacing", "1"], 2, "--probe-spacing is for probes, which are not baked"),
         (
             &["a.glb", "-o", "b.glb", "--what", "probes", "--probe-spacing", "0.02"],
             2,

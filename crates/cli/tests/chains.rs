@@ -131,7 +131,7 @@ fn faults_of_files_say_what_is_right() {
         (
             format!("@group(0) @binding(9) var mine: texture_2d<f32>;\n{}", entry.replace("vec4f(1.0)", "textureLoad(mine, vec2i(p.xy), 0)")),
             "e.wgsl:1:27: error: `mine` in group 0",
-            "of one's own there are none but tables of colours",
+            "an effect's own textures are only look-up tables",
         ),
         (
             format!("@group(0) @binding(0) var<uniform> mine: f32;\n{}", entry.replace("1.0", "mine")),

@@ -102,7 +102,7 @@ impl Exposure {
 /// A text is no exposure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "`{0}` is no exposure: expected stops from -64 to 64, scene, auto, or auto with stops such as auto+1 or auto-0.5"
+    "`{0}` is not an exposure: expected stops from -64 to 64, scene, auto, or auto with stops such as auto+1 or auto-0.5"
 )]
 #[non_exhaustive]
 pub struct ExposureError(String);

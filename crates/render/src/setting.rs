@@ -45,7 +45,7 @@ pub enum SettingsError {
         nearest: Option<String>,
     },
     /// The value has another type or lies outside its range.
-    #[error("`{value}` is no value of `{key}`, which takes {expected}")]
+    #[error("`{value}` is not a value of `{key}`, which takes {expected}")]
     BadValue {
         /// The key.
         key: String,

@@ -183,7 +183,7 @@ impl EnvironmentMap {
         }
         if cut_count > 0 {
             notes.push(format!(
-                "environment \"{name}\": {cut_count} values are no radiance, or too bright; what is no number is 0"
+                "environment \"{name}\": {cut_count} values are not valid radiance, or too bright; NaN counts as 0"
             ));
         }
         Self {

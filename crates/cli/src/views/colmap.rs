@@ -86,7 +86,7 @@ fn view(image: &Image, lenses: &Lenses) -> Result<Listed, Fault> {
     let [w, x, y, z] = image.quaternion;
     let length = DVec3::new(x, y, z).length().hypot(w);
     if !(length.is_finite() && length > 1e-9) {
-        let message = format!("the quaternion {w} {x} {y} {z} is no rotation");
+        let message = format!("the quaternion {w} {x} {y} {z} is not a rotation");
         return Err(Fault::new(message, "write QW QX QY QZ, a quaternion of length 1"));
     }
     let camera_from_world = DMat3::from_quat(DQuat::from_xyzw(x / length, y / length, z / length, w / length));

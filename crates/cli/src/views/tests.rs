@@ -250,8 +250,8 @@ fn faults_of_a_colmap_folder_have_their_line() {
         (CAMERAS, "1 1 0 0 0 0 0 0 8 a.png\n", "images.txt: line 1: camera 8 of image `a.png` is not among"),
         (CAMERAS, "1 1 0 0 0 0 0 0 7\n", "the image has no name"),
         (CAMERAS, "1 1 0 0\n", "this is no image"),
-        (CAMERAS, "1 0 0 0 0 0 0 0 7 a.png\n", "the quaternion 0 0 0 0 is no rotation"),
-        (CAMERAS, "1 nan 0 0 0 0 0 0 7 a.png\n", "is no rotation"),
+        (CAMERAS, "1 0 0 0 0 0 0 0 7 a.png\n", "the quaternion 0 0 0 0 is not a rotation"),
+        (CAMERAS, "1 nan 0 0 0 0 0 0 7 a.png\n", "is not a rotation"),
         (CAMERAS, "1 1 0 0 0 inf 0 0 7 a.png\n", "the camera's place"),
         (
             CAMERAS,

@@ -76,7 +76,7 @@ fn settings_for_which_something_is_read_are_those_of_the_effect() {
     let text = conditional("mine").replace("ids if by_object", "ids if by_objects");
     let error = EffectFile::parse("mine.wgsl", &text).unwrap_err().to_string();
     assert!(
-        error.contains("mine.wgsl:2:37: error: `by_objects` is no setting of the effect that is one number"),
+        error.contains("mine.wgsl:2:37: error: `by_objects` is not a setting of the effect with one number"),
         "{error}"
     );
     let vector =

@@ -61,7 +61,7 @@ impl Image {
     /// # Errors
     /// It is another file, a broken one, or too large.
     pub fn decode_light(&self) -> Result<HalfFloats, ImageError> {
-        let ImageSource::Encoded(bytes) = &self.source else { return Err(self.error("it is no file of light")) };
+        let ImageSource::Encoded(bytes) = &self.source else { return Err(self.error("it is not a file of light")) };
         if !holds_light(bytes) {
             return Err(self.error("it is neither Radiance (.hdr) nor OpenEXR (.exr)"));
         }

@@ -55,7 +55,7 @@ impl Target {
         }
         use wgpu::TextureFormat as F;
         let blends = [F::Rgba8Unorm, F::Rgba8UnormSrgb, F::Bgra8Unorm, F::Bgra8UnormSrgb, F::Rgba16Float];
-        (!blends.contains(&self.format)).then(|| format!("its format {:?} is none of {blends:?}", self.format))
+        (!blends.contains(&self.format)).then(|| format!("its format {:?} is not among {blends:?}", self.format))
     }
 }
 
