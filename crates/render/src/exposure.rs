@@ -40,7 +40,7 @@ const UNSCALED_STOPS: f64 = 2.0;
 /// The shares of dark surfaces between which the faint studio becomes the whole one.
 const UNLIT_SHARES: [f32; 2] = [0.5, 0.85];
 
-/// How the exposure of a picture is found.
+/// The exposure of a picture: in stops, metered, or from the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Exposure {
     /// As [`Self::of_scene`] says.
@@ -128,7 +128,7 @@ impl FromStr for Exposure {
     }
 }
 
-/// A metered exposure: what [`crate::Renderer::meter`] found.
+/// The result of metering by [`crate::Renderer::meter`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Metering {
     /// The log-average luminance of the surfaces, in the unit of radiance (Rec. 709 weights). Pixels count by their

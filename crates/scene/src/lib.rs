@@ -1,9 +1,9 @@
-//! What Manypass draws.
+//! Scenes that Manypass draws, and the readers of their files.
 //!
 //! A [`Scene`] is one arena of nodes together with the meshes, materials, images, lights, cameras, skins and animations
 //! that the nodes refer to by index. This crate knows no GPU: it reads glTF ([`gltf_file`]), other formats
 //! ([`formats`]) and stages ([`stage`]), builds procedural geometry ([`primitives`]), evaluates animations
-//! ([`animation`]) and answers questions about space ([`bounds`]).
+//! ([`animation`]) and computes bounds ([`bounds`]).
 //!
 //! Space is right-handed with +Y up, lengths are metres, angles radians, light is candela and lux, as in glTF 2.0.
 

@@ -8,7 +8,7 @@ use crate::settings::SettingsError;
 use crate::shader::program::ProgramError;
 use manypass_graph::PlanError;
 
-/// Why there is no frame, or why it cannot be read.
+/// The error of a frame that was not drawn, or cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {

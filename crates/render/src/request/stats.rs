@@ -3,7 +3,7 @@
 use crate::levels::LevelCount;
 use crate::record::LegendEntry;
 
-/// Numbers of the last frame.
+/// Statistics of the last frame.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 #[non_exhaustive]
 pub struct FrameStats {

@@ -4,7 +4,7 @@ use super::{Image, ImageError, ImageSource, MAX_DECODE_BYTES, MAX_IMAGE_SIZE_TEX
 use crate::environment::{RADIANCE_MAX, cut, decode_light, holds_light};
 use half::f16;
 
-/// Light of half floats, rows from the top.
+/// Linear light in half floats, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfFloats {
     /// Width in texels.

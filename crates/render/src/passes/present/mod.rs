@@ -11,7 +11,7 @@ use manypass_graph::{ColorLoad, Handle, TextureDesc};
 /// What lists of passes say of this one.
 pub const PASS: PassInfo = PassInfo::new("present");
 
-/// A texture of the caller's that a picture is drawn to.
+/// A render target of the caller: the texture to which a picture is drawn.
 #[derive(Clone, Debug)]
 pub struct Target {
     /// A view of one mip and layer.
