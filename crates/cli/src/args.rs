@@ -169,8 +169,8 @@ pub struct ChangeArgs {
 pub struct EnvironmentArgs {
     /// The environment: auto, studio, fill (a faint studio), sky (--set environment.sun_elevation_deg=20), none, or a
     /// colour, sRGB (ff8800) or linear (1,0.25,0). Or an environment map: equirectangular (FILE.hdr, FILE.exr), a cube
-    /// map (FILE.ktx2), or a folder with the six faces of a cube (px, nx, py, ny, pz, nz) [default: auto: fill if the
-    /// file has lights, else studio].
+    /// map (FILE.ktx2), or a folder with six faces (px, nx, py, ny, pz, nz) [default: auto: fill if the file has lights,
+    /// else studio].
     #[arg(long, value_name = "ENV")]
     pub environment: Option<String>,
     /// Rotate the environment map about the vertical, counter-clockwise seen from above [default: 0].
@@ -368,14 +368,14 @@ pub struct RenderArgs {
     /// .exr with --aov, named as in a folder.
     #[arg(long)]
     pub format: Option<String>,
-    /// The lossless compression of .exr: zip (16 rows at a time), zips (row by row), rle (runs of equal bytes), piz
-    /// (wavelets, 32 rows at a time), none [default: zip].
+    /// The lossless compression of .exr: zip (16 rows), zips (one row), rle (runs of equal bytes), piz (wavelets, 32
+    /// rows), none [default: zip].
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass_offline::ExrCompression::NAMES))]
     pub exr_compression: Option<String>,
     #[command(flatten)]
     pub frame: FrameArgs,
-    /// Many views at once: poses and fields of view from a NeRF transforms.json, or from a COLMAP folder with
-    /// cameras and images (.bin or .txt; sparse/0 below it is found, too). {camera} is the name of each image.
+    /// Many views at once. Poses and fields of view come from a NeRF transforms.json, or from a COLMAP folder (or its
+    /// sparse/0) with .bin or .txt files. {camera} is the name of each image.
     ///
     /// `manypass render a.glb --cameras transforms.json --size 800x800 -o 'out/{camera}.png'` reads the model once.
     /// World axes are the model's. A camera looks along -Z with +Y up in transforms.json, along +Z with +Y down in
@@ -430,4 +430,37 @@ pub struct RenderArgs {
     /// Say nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+    use manypass_testkit::sentences;
+
+    /// The texts of a subcommand and of its flags, with their names.
+    fn texts(command: &clap::Command) -> Vec<(String, String)> {
+        let about = command.get_long_about().or(command.get_about());
+        let flags = command.get_arguments().filter_map(|flag| {
+            Some((flag.get_id().to_string(), flag.get_long_help().or(flag.get_help())?.to_string()))
+        });
+        let own = about.map(|about| (command.get_name().to_owned(), about.to_string()));
+        own.into_iter().chain(flags).chain(command.get_subcommands().flat_map(texts)).collect()
+    }
+
+    /// A text without what it says of defaults.
+    fn without_default(text: &str) -> &str {
+        text.split_once(" [default:").map_or(text, |(before, _)| before)
+    }
+
+    #[test]
+    fn help_is_plain() {
+        let texts = texts(&Cli::command());
+        assert!(texts.len() > 80, "{} texts", texts.len());
+        for (name, text) in &texts {
+            for sentence in text.split("\n\n").flat_map(|part| sentences::of_text(without_default(part))) {
+                assert_eq!(sentence.fault(), None, "{name}: {}", sentence.text);
+            }
+        }
+    }
 }

@@ -206,7 +206,7 @@ pub fn size(text: &str) -> Result<(u32, u32), Failure> {
     match parsed {
         Some((w, h)) if (1..=LARGEST_SIDE_PX).contains(&w) && (1..=LARGEST_SIDE_PX).contains(&h) => Ok((w, h)),
         _ => Err(Failure::usage(
-            format!("`{text}` is no size"),
+            format!("`{text}` is not a size"),
             format!("write --size WIDTHxHEIGHT, each from 1 to {LARGEST_SIDE_PX}"),
         )),
     }

@@ -31,7 +31,7 @@ pub fn help() -> String {
         "`all`, or names with commas: layers of .exr, or .png files of their own\n\n\
          They show opaque and masked surfaces, not blended ones, at the middle of each pixel. Only radiance is the average \
          of all samples, with everything. In .exr all values are 32-bit floats, ids 32-bit whole numbers. In .png a number v \
-         stands for a value as said below; low and high are in the report (aov_ranges) and in the file's text `manypass`. \
+         stands for a value as said below. The report (aov_ranges) and the file's text `manypass` have low and high. \
          Cameras are in the headers of .exr and in the report. docs/aovs.md has all of this with code.\n",
     );
     for aov in Aov::ALL {

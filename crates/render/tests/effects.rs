@@ -99,7 +99,7 @@ fn a_wrong_effect_is_an_error_that_says_where() {
     let main = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {";
     for (source, expected) in [
         ("", "mine.wgsl:1:1: error: an effect has an entry point"),
-        ("this is no WGSL", "mine.wgsl:1:1"),
+        ("this is not WGSL", "mine.wgsl:1:1"),
         (&format!("{main}\n\n    return radianc_at(vec2i(p.xy)); }}"), "mine.wgsl:3:12"),
         (&format!("{main}\n    return vec3f(1.0); }}"), "mine.wgsl:2"),
         (&format!("{main} loop {{ }} }}"), "mine.wgsl"),
@@ -312,8 +312,8 @@ fn a_wrong_default_or_header_is_refused_with_its_place() {
             of_default("// = 2 in 0..1"),
             "a.wgsl:2:10: error: `2` is not a value of `x`, which takes a number from 0 to 1",
         ),
-        (of_default("// = 1 in 0-1"), "`0-1` is no range"),
-        (of_default("// = 1 in 0..=1"), "`0..=1` is no range"),
+        (of_default("// = 1 in 0-1"), "`0-1` is not a range"),
+        (of_default("// = 1 in 0..=1"), "`0..=1` is not a range"),
         (of_default("// = 1 in 2..0"), "`2..0` is an empty range"),
         (of_default("// = 1\n    // = 2"), "a.wgsl:3:5: error: a second default"),
         (of_default("// = 1, 2"), "`1, 2` is not a value"),

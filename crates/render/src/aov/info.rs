@@ -170,8 +170,8 @@ const EMISSION: AovInfo = AovInfo {
 
 const MOTION: AovInfo = AovInfo {
     name: "motion",
-    doc: "Motion vector: the movement of the pixel's surface in the picture since the frame before (--frames, --time, \
-          --turntable); its position now minus its position then",
+    doc: "Motion vector: the movement of the pixel's surface since the frame before (--frames, --time, --turntable); \
+          its position now minus its position then",
     channels: &["X", "Y"],
     unit: "pixels",
     space: "picture: +x right, +y down",

@@ -7,7 +7,7 @@ pub(crate) fn layout(program: &str, name: &str) -> (u32, Vec<(String, u32)>) {
     let program = PROGRAMS.iter().find(|known| known.name == program).unwrap();
     let module = naga::front::wgsl::parse_str(&program.modules().next_back().unwrap()).unwrap();
     let (_, ty) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
-    let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+    let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is not a struct") };
     (*span, members.iter().map(|member| (member.name.clone().unwrap(), member.offset)).collect())
 }
 

@@ -354,7 +354,7 @@ impl Reflection<'_> {
         if let Some(range) = range {
             let ends = range.split_once("..").map(|(min, max)| (bound(min), bound(max)));
             let Some((Ok(low), Ok(high))) = ends else {
-                return Err(Box::new(fault(format!("`{range}` is no range"))));
+                return Err(Box::new(fault(format!("`{range}` is not a range"))));
             };
             if low.zip(high).is_some_and(|(low, high)| low > high) {
                 return Err(Box::new(fault(format!("`{range}` is an empty range"))));

@@ -145,7 +145,7 @@ mod tests {
             (text.replace("end_header", "ende"), &[], "line 7", "element, property or end_header"),
             (text.clone(), b"0 one 0\n", "line 8", "\"one\" is not a number; expected x (float), y (float), z (float)"),
             (text.clone(), b"0 1  \n     ", "line 8", "cannot read \"0 1\"; expected x (float)"),
-            (text.clone(), b"\n\n0 1..2\n", "line 10", "\"1..2\" is no number"),
+            (text.clone(), b"\n\n0 1..2\n", "line 10", "\"1..2\" is not a number"),
             (of_floats, b"0 0 0\n3 0 0 0\n", "line 11", "\"face\" is not a list of whole numbers"),
             (binary, &faces, "after byte", "The header counts 2 of the element \"face\""),
         ];

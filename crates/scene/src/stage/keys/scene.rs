@@ -65,8 +65,8 @@ pub(in crate::stage) const LIGHTS: StageTable = StageTable {
         key(
             "mode",
             StageType::Word(&crate::LightMode::NAMES),
-            "Where its light is computed: `dynamic`, in frames; `mixed`, direct light in frames and indirect light \
-             in `manypass bake`; `baked`, all of it in light maps and probes; mixed.",
+            "The mode; mixed. `dynamic` light is computed in frames. Of `mixed` light frames compute the direct \
+             part, and `manypass bake` the indirect part. `baked` light is only in light maps and probes.",
         ),
     ],
 };
@@ -147,9 +147,9 @@ pub(in crate::stage) const MATERIALS: StageTable = StageTable {
         key(
             "height_method",
             StageType::Word(super::super::heights::METHODS),
-            "The use of heights: bump mapping (normals alone), parallax mapping (one shift of all maps), steep \
-             parallax mapping, or parallax occlusion mapping with fine steps; occlusion. Without `height_map` it is \
-             for heights that the model brings.",
+            "The use of heights; occlusion. It is bump mapping (normals alone), parallax mapping (one shift of all \
+             maps), steep parallax mapping, or parallax occlusion mapping with fine steps. Without `height_map` it \
+             is for heights that the model brings.",
         ),
         key(
             "self_shadow",

@@ -171,8 +171,8 @@ pub(in crate::stage) const PROBES: StageTable = StageTable {
         key(
             "basis",
             StageType::Word(&crate::probes::ProbeBasis::NAMES),
-            "The basis of a probe's light: spherical harmonics of order 2, or an ambient cube of six colours, which \
-             is smaller in the file and coarser; harmonics.",
+            "The basis of a probe's light: spherical harmonics of order 2, or an ambient cube of six colours; \
+             harmonics. The cube is smaller in the file and coarser.",
         ),
         key(
             "live",
