@@ -249,10 +249,10 @@ fn a_report_counts_what_effects_leave_as_no_numbers() {
     let quiet = run_in(&folder, &words).expect(0);
     assert!(!quiet.stderr.contains("no numbers"), "{}", quiet.stderr);
     let strict = run_in(&folder, &[&words[..8], &["--strict", "-o", "strict.png"]].concat()).expect(1);
-    assert!(strict.stderr.contains("tri.glb: effects leave 16 pixels that are no numbers"), "{}", strict.stderr);
+    assert!(strict.stderr.contains("tri.glb: effects leave 16 pixels that are not finite"), "{}", strict.stderr);
     assert!(!folder.join("strict.png").exists());
     let told = run_in(&folder, &[&words[..], &["--report", "r.json"]].concat()).expect(0);
-    assert!(told.stderr.contains("warning: tri.glb: effects leave 16 pixels that are no numbers"), "{}", told.stderr);
+    assert!(told.stderr.contains("warning: tri.glb: effects leave 16 pixels that are not finite"), "{}", told.stderr);
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(folder.join("r.json")).expect("a report")).expect("JSON");
     assert_eq!(report["scrubbed_pixels"], 16);

@@ -58,7 +58,7 @@ impl Progress for Bar {
             }
             Stage::Surroundings => {
                 self.bar.set_position(ROUND * self.before_surroundings + share);
-                self.bar.set_message("what is reflected");
+                self.bar.set_message("reflection probes");
             }
             Stage::Finish => self.bar.set_message("taking out noise"),
             Stage::Direct => {

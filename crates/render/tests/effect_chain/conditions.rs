@@ -83,5 +83,5 @@ fn settings_for_which_something_is_read_are_those_of_the_effect() {
         conditional("mine").replace("more: f32", "more: vec2f").replace("numbers.more != 0.0", "numbers.more.x != 0.0");
     let error =
         EffectFile::parse("mine.wgsl", &vector.replace("// = 0\n            more", "// = 0, 0\n            more"));
-    assert!(error.unwrap_err().to_string().contains("`numbers.more` is no setting"));
+    assert!(error.unwrap_err().to_string().contains("`numbers.more` is not a setting"));
 }

@@ -58,7 +58,7 @@ fn wrong_monitors_are_told_with_their_place() {
             monitor("target = [0, 0, 0]\nmaterial = \"glas\"\n"),
             "6:12: error: the model has no material called `glas`; did you mean `glass`?",
         ),
-        (monitor("target = [0, 0, 0]\nupdate = \"once\"\nevery = 2\n"), "7:9: error: what is drawn once"),
+        (monitor("target = [0, 0, 0]\nupdate = \"once\"\nevery = 2\n"), "7:9: error: `every` does not go with"),
         (monitor("target = [0, 0, 0]\nevery = 1.5\n"), "6:9: error: `every` is a whole number"),
         ("[[monitors]]\nname = \"m\"\ncamera = \"Top\"\n".into(), "4:10: error: the model has no camera called `Top`"),
         ("[[monitors]]\nname = \" \"\n".into(), "3:8: error: a monitor needs a name"),
