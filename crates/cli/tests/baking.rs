@@ -69,7 +69,7 @@ fn light_maps_have_directions_where_they_are_asked_for() {
     let mean = lengths.iter().sum::<f32>() / lengths.len() as f32;
     assert!(lengths.len() > 1000 && (0.6..0.95).contains(&mean), "{} of {mean}", lengths.len());
     let run = bake(&folder, &["demo:cornell", "-o", "c.glb", "--what", "occlusion", "--directional"]);
-    assert!(run.code == 2 && run.stderr.contains("--directional is of light maps"), "{}", run.stderr);
+    assert!(run.code == 2 && run.stderr.contains("--directional is for light maps"), "{}", run.stderr);
 }
 
 #[test]
