@@ -6,7 +6,8 @@ use manypass_scene::renamed::{NameKind, RENAMED};
 use std::fmt::Write as _;
 
 /// How the types of settings begin.
-const TYPES_BEGIN: &str = "// Written by `cargo xtask goldens` from the declarations of settings, tiers, variables and effects.
+const TYPES_BEGIN: &str =
+    "// Written by `cargo xtask goldens` from the declarations of settings, tiers, variables and effects.
 
 /**
  * Settings by key, as in `--set` on the command line; docs/settings.md describes each. Effects add their own keys,
