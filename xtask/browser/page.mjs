@@ -213,7 +213,7 @@ async function lateImages({ page, drop, said, picture, painted, red }, faults) {
   const unpainted = await picture();
   const whole = () => page.waitForFunction(() => window.manypass.isWhole, null, { timeout: 60000 });
   await drop(painted);
-  await said("image `red.png` did not come, and materials do without it");
+  await said("image `red.png` was not loaded, and materials do without it");
   await whole();
   if (await picture(false) !== unpainted) faults.push("a model whose image does not come is not drawn as without it");
   await drop([...painted, ["red.png", red]]);

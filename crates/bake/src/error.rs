@@ -8,7 +8,7 @@ pub enum BakeError {
     Setting(String),
     /// No surface can have light.
     #[error(
-        "the scene has no surface to bake: none that is opaque, lit, and stays where it is; what moves, skins and glass are left out"
+        "the scene has no surface to bake: none is opaque, lit and static; animated, skinned and transmissive surfaces are left out"
     )]
     Nothing,
     /// The maps would be too large.

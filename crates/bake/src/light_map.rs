@@ -94,7 +94,7 @@ impl BakeSettings {
         let Self { samples, bounces, occlusion_distance_m, .. } = *self;
         check_rays((samples, "from a texel"), bounces)?;
         if self.directional && (!self.light || self.as_emission) {
-            let message = "where light comes from, without light maps; leave `directional` out, or bake light maps";
+            let message = "directional light maps without light maps; leave `directional` out, or bake light maps";
             return Err(BakeError::Setting(message.into()));
         }
         if occlusion_distance_m.is_nan() || occlusion_distance_m <= 0.0 {

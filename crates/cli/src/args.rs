@@ -28,7 +28,7 @@ const EXAMPLES: &str = "Examples:
   manypass render helmet.glb --turntable 36 -o 'turn/{frame:04}.png'
   manypass render helmet.glb --cameras transforms.json -o 'views/{camera}.png'
   manypass render hall.stage.toml                         a model with lights and fog of yours (docs/stage.md)
-  manypass bake room.glb -o baked.glb                     light maps: light that walls send each other (docs/baking.md)
+  manypass bake room.glb -o baked.glb                     light maps: baked indirect light (docs/baking.md)
   manypass graph helmet.glb --format mermaid              the passes of the frame
   manypass graph helmet.glb --format table                as a table: targets, formats, megabytes
   manypass graph helmet.glb --limits webgl2 --aov all     planned without any adapter
@@ -51,13 +51,13 @@ const RENDER_EXAMPLES: &str = "Examples:
   manypass render a.glb --turntable 96 -o - --format y4m | ffmpeg -i - turn.mp4
   manypass render models/ --aov depth,normal -o data.npz
 
-Without --camera, --eye and --orbit: the file's first camera, which --target, --up, --fov-y, --ortho-height, --near and \
---far change; else, and where that camera shows less than a tenth of the model or the model in less than a tenth of the picture, \
-the whole model from yaw 30, pitch 28, a margin of 6 % around it; a room without a camera from inside. \
-With --time, --frames or --animation the whole model is all that it covers while the animation plays.
+Without --camera, --eye and --orbit it is the file's first camera, changed by --target, --up, --fov-y, --ortho-height, \
+--near and --far. It is replaced if it shows less than a tenth of the model, or the model in less than a tenth of the picture. \
+Then, and without any camera, the whole model is shown from yaw 30, pitch 28 with a margin of 6 %. A room without a camera is \
+shown from inside. With --time, --frames or --animation the whole model is all that it covers while the animation plays.
 Yaw 0 looks along -Z from +Z and grows towards +X; positive pitch looks down from above.
-Without --environment it is `studio`; where the file has lights it is faint, and exposure is `auto`. \
-Under the sky and in a picture exposure is `auto`, too, and a shadow lies under the model.";
+The default of --environment is `studio`. If the file has lights, it is `fill` (a faint studio), and exposure is `auto`. \
+Under the sky and in a picture exposure is `auto`, too, and a shadow catcher lies under the model.";
 
 /// What to do.
 #[derive(Debug, Subcommand)]
@@ -81,11 +81,11 @@ pub enum Command {
     /// Say how different two pictures look, a FLIP error from 0 (the same) to 1, or how two models differ.
     #[command(after_help = crate::diff::EXAMPLES)]
     Diff(Box<DiffArgs>),
-    /// Compute light beforehand: a glTF file with light maps, which is drawn with the light that surfaces send each other.
+    /// Bake light: write a glTF file with light maps, which hold the indirect light.
     #[cfg(feature = "bake")]
     #[command(after_help = crate::bake::EXAMPLES)]
     Bake(Box<BakeArgs>),
-    /// Measure milliseconds per frame: with the file's camera and lights alone, without environment and tone curve.
+    /// Measure milliseconds per frame, with only the file's camera and lights, without environment and tone curve.
     Bench(Box<BenchArgs>),
     /// List the adapters of this machine.
     Adapters {
@@ -109,10 +109,10 @@ pub enum Command {
         /// Print the JSON Schema of stages, NAME.stage.toml, for editors.
         #[arg(long, conflicts_with_all = ["json", "schema", "effects"])]
         stage_schema: bool,
-        /// Print what comes of this as a file of --settings has it, after the tier if there is one; may be given again.
+        /// Print the changed settings as a file of --settings, after those of the tier; may be given again.
         #[arg(long, value_name = "KEY=VALUE", conflicts_with_all = ["json", "schema", "stage_schema"])]
         set: Vec<String>,
-        /// Print the settings of a tier of --quality, as a file of --settings has them.
+        /// Print the settings of a quality tier as a file of --settings.
         #[arg(long, value_name = "NAME", conflicts_with_all = ["json", "schema", "stage_schema"],
               value_parser = PossibleValuesParser::new(manypass::Quality::NAMES))]
         quality: Option<String>,
@@ -141,10 +141,10 @@ pub struct ChangeArgs {
     /// Which shading path draws opaque surfaces; short for --set render.path [default: deferred].
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::Path::NAMES))]
     pub path: Option<String>,
-    /// How lights are found for a pixel; short for --set lights.culling [default: clustered].
+    /// The method of light culling; short for --set lights.culling [default: clustered].
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::LightCulling::NAMES))]
     pub light_culling: Option<String>,
-    /// How much time a frame is worth: a table of settings that comes before all others [default: medium].
+    /// The quality tier: a table of settings that comes before all others [default: medium].
     ///
     /// `manypass settings --quality NAME` prints it.
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass::Quality::NAMES))]
@@ -159,56 +159,56 @@ pub struct ChangeArgs {
     /// Change a setting; `manypass settings` lists the keys; may be given again.
     ///
     /// It comes after every flag: `--tonemap aces --set tone_map.curve=agx` is agx. A setting of an effect is
-    /// EFFECT.MEMBER; the numbers of a vector or colour have commas between: `--set own_pass.line_color=0.9,0.7,0.4`.
+    /// EFFECT.MEMBER. Vectors and colours have commas between their numbers: `--set own_pass.line_color=0.9,0.7,0.4`.
     #[arg(long, value_name = "KEY=VALUE")]
     pub set: Vec<String>,
 }
 
-/// What lies around the scene, of all that draws or bakes.
+/// Flags of the environment, for all subcommands that draw or bake.
 #[derive(Clone, Debug, Default, PartialEq, Args)]
 pub struct EnvironmentArgs {
-    /// auto, studio, fill (a faint studio), sky (--set environment.sun_elevation_deg=20), none, a colour: sRGB (ff8800)
-    /// or linear (1,0.25,0), or a picture: equirectangular, FILE.hdr or FILE.exr, a cube map, FILE.ktx2, or a folder
-    /// with the six faces of a cube (px, nx, py, ny, pz, nz) [default: auto: fill if the file has lights, else studio].
+    /// The environment: auto, studio, fill (a faint studio), sky (--set environment.sun_elevation_deg=20), none, or a
+    /// colour, sRGB (ff8800) or linear (1,0.25,0). Or an environment map: equirectangular (FILE.hdr, FILE.exr), a cube
+    /// map (FILE.ktx2), or a folder with six faces (px, nx, py, ny, pz, nz) [default: auto: fill if the file has lights,
+    /// else studio].
     #[arg(long, value_name = "ENV")]
     pub environment: Option<String>,
-    /// Turns the picture of the environment about the vertical, counter-clockwise seen from above [default: 0].
+    /// Rotate the environment map about the vertical, counter-clockwise seen from above [default: 0].
     #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
     pub environment_rotation: Option<String>,
-    /// Multiplies the environment [default: 1].
+    /// Multiply the environment's radiance [default: 1].
     #[arg(long, value_name = "X", allow_hyphen_values = true)]
     pub environment_intensity: Option<String>,
 }
 
-/// Flags that say what the frame is, of `render`, `graph` and `diff` of models.
+/// Flags of the frame, for `render`, `graph` and `diff` of models.
 #[derive(Debug, Default, PartialEq, Args)]
 pub struct FrameArgs {
-    /// What the picture is for, as a whole set of settings: product (the studio and its ground, without the file's
-    /// lights), scene (the file's lights and environment alone), data (raw radiance: exposure 0, no environment, ground,
-    /// effects or tone curve). It comes after a stage's settings; flags come after it.
+    /// A set of settings for a purpose. product: the studio and its ground, without the file's lights. scene: only the
+    /// file's lights and environment. data: raw radiance, with exposure 0 and no environment, ground, effects or tone
+    /// curve. It comes after a stage's settings; flags come after it.
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(crate::preset::Preset::NAMES))]
     pub preset: Option<String>,
     /// Width and height in pixels; the vertical field of view stays.
     #[arg(long, value_name = "WxH", default_value = "1280x720")]
     pub size: String,
-    /// Jittered frames that are averaged; later ones leave out what earlier ones agree on (adaptive.threshold in
-    /// docs/settings.md).
+    /// The number of samples a pixel: jittered frames that are averaged. Later ones skip converged tiles
+    /// (adaptive.threshold in docs/settings.md).
     #[arg(long, default_value_t = 16, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub samples: u32,
     /// A scene of the file [default: the one that the file names].
     #[arg(long, value_name = "NAME|INDEX")]
     pub scene: Option<String>,
-    /// A variant of the file: other materials for the same surfaces; or `all` of them, each a picture
-    /// [default: the materials that the file names].
+    /// A material variant of the file; or `all` of them, each a picture [default: the file's own materials].
     #[arg(long, value_name = "NAME|INDEX|all")]
     pub variant: Option<String>,
-    /// A camera of the file; `all` of them, each a picture; or `auto`, which shows the whole model, or a room from inside.
+    /// A camera of the file; `all`, each a picture; or `auto`, which shows the whole model, or a room from inside.
     #[arg(long, value_name = "NAME|INDEX|auto|all", conflicts_with_all = ["eye", "orbit", "target", "up", "fov_y", "ortho_height", "near", "far"])]
     pub camera: Option<String>,
     /// Where the camera is, in metres.
     #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, conflicts_with = "orbit")]
     pub eye: Option<String>,
-    /// The camera around the target: degrees, degrees, metres (or `auto`).
+    /// Orbit the camera around the target: degrees, degrees, metres (or `auto`).
     #[arg(long, value_name = "YAW,PITCH,RADIUS", allow_hyphen_values = true)]
     pub orbit: Option<String>,
     /// What the camera looks at [default: the middle of the model, or as the file's camera does].
@@ -231,24 +231,24 @@ pub struct FrameArgs {
     pub far: Option<f32>,
     #[command(flatten)]
     pub around: EnvironmentArgs,
-    /// environment, transparent or a colour, sRGB (ff8800) or linear (1,0.25,0), or two (ff8800,112233) at
-    /// the lower and the upper edge, which come out as they are under every tone mapper and exposure [default:
-    /// environment].
+    /// The background: environment, transparent or a colour, sRGB (ff8800) or linear (1,0.25,0). Two colours
+    /// (ff8800,112233) are a gradient from the lower to the upper edge. Tone mapping and exposure do not change colours
+    /// [default: environment].
     #[arg(long, value_name = "WHAT")]
     pub background: Option<String>,
-    /// shadow: a plane under the model that is seen by the shadow on it alone; none; or a colour, which makes it a
-    /// floor [default: auto: shadow in the studio, be it faint, under the sky and in a picture, unless the background is
-    /// transparent, else none].
+    /// The ground under the model: shadow (a shadow catcher), none, or a colour (a floor) [default: auto: shadow in the
+    /// studio, also fill, under the sky and in a picture, unless the background is transparent, else none].
     #[arg(long, value_name = "WHAT")]
     pub ground: Option<String>,
-    /// Stops; or auto: metered, with stops on top as in auto+1 or auto-0.5; or scene: what the file states, else auto
-    /// if it has lights, or is under the sky or in a picture of the environment, else 0 [default: scene].
+    /// The exposure in stops. Or auto: metered, with compensation as in auto+1 or auto-0.5. Or scene: what the file
+    /// states, else auto if it has lights, under the sky or with an environment map, else 0 [default: scene].
     ///
-    /// 0 shows radiance as it is. `auto` takes the log-average luminance of the surfaces at time 0, before a turntable
-    /// turns, at one size whatever --size is, under the file's lights and its glow. Within half a stop of mid grey (0.18)
-    /// nothing changes; beyond, of t stops that exceed it, t / (1 + t) remain, so that night stays darker than day.
-    /// Under the sky and in a picture it is the exposure of these instead, which the surfaces move by half a stop, and
-    /// bright saturated colours lower by up to one (docs/exposure.md). .exr stays scene-linear without any exposure.
+    /// 0 shows radiance as it is. `auto` meters the log-average luminance of the surfaces, under the file's lights and
+    /// its glow. It does so at time 0, before a turntable turns, at the same size for every --size. Within half a stop
+    /// of mid grey (0.18) nothing changes. Beyond that, of t stops t / (1 + t) remain, so that night stays darker than
+    /// day. Under the sky and with an environment map it is the environment's exposure. Surfaces move that by half a
+    /// stop, and bright saturated colours lower it by up to one (docs/exposure.md). .exr stays scene-linear without any
+    /// exposure.
     #[arg(long, value_name = "STOPS|auto|scene", allow_hyphen_values = true)]
     pub exposure: Option<String>,
     /// The tone mapper; short for --set tone_map.curve [default: neutral].
@@ -259,8 +259,8 @@ pub struct FrameArgs {
     pub aov: Option<String>,
     #[command(flatten)]
     pub change: ChangeArgs,
-    /// A TOML file of settings, such as `vignette = 0.9` below `[own_pass]`; it comes after a stage's settings; flags
-    /// and `--set` come after it.
+    /// A TOML file of settings, such as `vignette = 0.9` below `[own_pass]`. It comes after a stage's settings, and
+    /// before flags and `--set`.
     #[arg(long, value_name = "FILE.toml")]
     pub settings: Option<PathBuf>,
 }
@@ -272,7 +272,7 @@ pub struct GraphArgs {
     pub input: String,
     #[command(flatten)]
     pub frame: FrameArgs,
-    /// How to print them; table: a line for each target, with draw calls and megabytes (10⁶ bytes).
+    /// The form of output; table: a line for each target, with draw calls and megabytes (10⁶ bytes).
     #[arg(long, default_value = "text")]
     pub format: GraphFormat,
     /// Plan for the adapter whose name contains this.
@@ -300,17 +300,17 @@ pub struct BenchArgs {
     /// Stop after this many milliseconds, whatever the count.
     #[arg(long, value_name = "MS")]
     pub budget_ms: Option<f64>,
-    /// Draw the first frame alone, for what takes minutes: neither passes are timed nor pairs counted.
+    /// Draw only the first frame, for frames that take minutes: passes are not timed and pairs are not counted.
     #[arg(long, conflicts_with_all = ["count", "budget_ms"])]
     pub first_frame: bool,
-    /// Draw frames as a page does: with the settings of `render`, each of one sample and over what effects keep of the one
-    /// before. Only so does --set quality.budget_ms choose settings by what frames take; the summary says which.
+    /// Draw live frames as a page does: with the settings of `render`, one sample a frame, and temporal histories. Only
+    /// then does the frame-time budget (--set quality.budget_ms) choose settings; the summary names them.
     #[arg(long)]
     pub live: bool,
     /// Write the last frame here.
     #[arg(long, value_name = "FILE")]
     pub png: Option<PathBuf>,
-    /// Print the line of JSON alone, without the summary and the table of passes before it.
+    /// Print only the line of JSON, without the summary and the table of passes.
     #[arg(long)]
     pub json: bool,
     #[command(flatten)]
@@ -323,13 +323,12 @@ pub struct BenchArgs {
     pub cache: CacheArgs,
 }
 
-/// Flags of all that draws more than once.
+/// Flags of the cache, for all subcommands that draw more than once.
 #[derive(Debug, Args)]
 pub struct CacheArgs {
-    /// Neither read nor keep what is made of a picture of the environment, and coarser levels of meshes, in the user's
-    /// folder of caches.
+    /// Do not use the cache of prefiltered environment maps and of meshes' levels of detail.
     ///
-    /// It is `manypass` in $XDG_CACHE_HOME, or where the system has caches, and holds 512 MiB at most.
+    /// The cache is the folder `manypass` in $XDG_CACHE_HOME, or where the system has caches, and holds 512 MiB at most.
     /// MANYPASS_NO_CACHE=1 is the same.
     #[arg(long)]
     pub no_cache: bool,
@@ -342,10 +341,9 @@ pub struct RenderArgs {
     /// Models (.glb, .gltf, .obj, .stl, .ply, .3mf; docs/inputs.md), .stage.toml files, folders of them, patterns
     /// ('models/**/*.glb'), `-` for standard input, or demo:NAME.
     ///
-    /// A stage names its model and adds lights, environment, fog and settings to it (docs/stage.md). In a folder, and
-    /// among what a pattern matches, it stands for that model, which is not drawn by itself, too; a model never reads a
-    /// stage. In a quoted pattern * and ? stand for letters of a name and ** for any folders. Hidden files and folders
-    /// are left out.
+    /// A stage names its model and adds lights, environment, fog and settings to it (docs/stage.md). In a folder or a
+    /// pattern it replaces that model, which is not drawn by itself, too. A model never reads a stage. In a quoted
+    /// pattern * and ? stand for letters of a name and ** for any folders. Hidden files and folders are left out.
     #[arg(required = true)]
     pub inputs: Vec<OsString>,
     /// Look into the folders of folders, too.
@@ -353,43 +351,43 @@ pub struct RenderArgs {
     pub recursive: bool,
     /// A file, a folder, a pattern, a device or pipe, or `-` for standard output [default: STEM.png].
     ///
-    /// A name without an ending, or with a slash at its end, is a folder, which is made if it is not there.
-    /// A pattern holds {parent} (the name of the input's folder), {stem} (the input's name without its ending; with it
-    /// where a folder has both m.glb and m.gltf), {variant}, {camera}, {frame} or {frame:04}, and {aov}. With --frames
-    /// and --turntable a folder gets STEM_FRAME, and a file must hold {frame}; with --variant all, --camera all and
-    /// --cameras likewise. With --format y4m, npz or tar, or such an ending, one stream takes all pictures of the call, as
-    /// in `-o - --format y4m | ffplay -` (docs/streams.md). An output that is also read, or written twice, is refused.
-    /// Files named .manypass-….partial beside it are being written; those that a killed process left may be deleted.
+    /// A name without an ending, or with a slash at its end, is a folder, which is made if it is missing.
+    /// A pattern holds {parent} (the name of the input's folder), {stem}, {variant}, {camera}, {frame} or {frame:04}, and
+    /// {aov}. {stem} is the input's name without its ending, or with it if a folder has both m.glb and m.gltf. With
+    /// --frames and --turntable a folder gets STEM_FRAME, and a file must hold {frame}. The same holds for --variant all,
+    /// --camera all and --cameras. With --format y4m, npz or tar, or such an ending, one stream takes all pictures of the
+    /// call, as in `-o - --format y4m | ffplay -` (docs/streams.md). An output that is also read, or written twice, is
+    /// refused. Files named .manypass-….partial are outputs in progress; delete those that a killed process left.
     #[arg(short, long, value_name = "OUT")]
     pub output: Option<String>,
-    /// png, jpg, webp or exr, for standard output, a folder or another ending, too; or all pictures in one stream, with
-    /// -o - or a file: y4m, npz, tar [default: by the ending of OUT, else png].
+    /// The format of pictures: png, jpg, webp or exr, also for standard output, a folder or another ending. Or a stream
+    /// of all pictures, with -o - or a file: y4m, npz, tar [default: by the ending of OUT, else png].
     ///
     /// y4m is raw video (YUV 4:4:4, BT.709, limited range) at --fps, without alpha. npz holds NumPy's arrays: frames
-    /// (picture, row, column, RGBA; uint8), and one of numbers for each variable of --aov. tar holds .png files, or
+    /// (picture, row, column, RGBA; uint8), and an array of numbers for each AOV of --aov. tar holds .png files, or
     /// .exr with --aov, named as in a folder.
     #[arg(long)]
     pub format: Option<String>,
-    /// How the pixels of .exr are packed, each way without loss: zip (16 rows at a time), zips (row by row), rle (runs
-    /// of equal bytes), piz (wavelets, 32 rows at a time), none [default: zip].
+    /// The lossless compression of .exr: zip (16 rows), zips (one row), rle (runs of equal bytes), piz (wavelets, 32
+    /// rows), none [default: zip].
     #[arg(long, value_name = "NAME", value_parser = PossibleValuesParser::new(manypass_offline::ExrCompression::NAMES))]
     pub exr_compression: Option<String>,
     #[command(flatten)]
     pub frame: FrameArgs,
-    /// Many views at once: poses and fields of view from a NeRF transforms.json, or from a COLMAP folder with
-    /// cameras and images (.bin or .txt; sparse/0 below it is found, too). {camera} is the name of each image.
+    /// Many views at once. Poses and fields of view come from a NeRF transforms.json, or from a COLMAP folder (or its
+    /// sparse/0) with .bin or .txt files. {camera} is the name of each image.
     ///
     /// `manypass render a.glb --cameras transforms.json --size 800x800 -o 'out/{camera}.png'` reads the model once.
-    /// Axes of the world are the model's. A camera looks along -Z with +Y up in transforms.json, along +Z with +Y down
-    /// in COLMAP. Pictures have square pixels, the middle as principal point and no distortion; where the file says
-    /// otherwise there is a warning. Give --exposure 0 for the same exposure in all of them. See docs/camera.md.
+    /// World axes are the model's. A camera looks along -Z with +Y up in transforms.json, along +Z with +Y down in
+    /// COLMAP. Pictures have square pixels, the middle as principal point and no distortion. A file that says otherwise
+    /// causes a warning. Give --exposure 0 for the same exposure in all pictures. See docs/camera.md.
     #[arg(long, value_name = "FILE.json|DIR", conflicts_with_all =
           ["camera", "eye", "orbit", "target", "up", "fov_y", "ortho_height", "turntable"])]
     pub cameras: Option<PathBuf>,
     /// Write the picture of every pass into this folder.
     #[arg(long, value_name = "DIR")]
     pub dump_passes: Option<PathBuf>,
-    /// Write the pictures of all passes into one picture, grouped by pass, with the legends of those that have one.
+    /// Write a contact sheet: the pictures of all passes in one, grouped by pass, with legends.
     #[arg(long, value_name = "FILE.png")]
     pub contact_sheet: Option<PathBuf>,
     /// The time of the animation in seconds.
@@ -401,12 +399,12 @@ pub struct RenderArgs {
     /// Frames from A to B, both included, at frame / fps seconds.
     #[arg(long, value_name = "A..B")]
     pub frames: Option<String>,
-    /// Frames a second; `--time` uses it for motion alone, `--turntable` for video and what adapts from frame to frame.
+    /// Frames a second. `--time` uses it only for motion, `--turntable` for video and eye adaptation.
     #[arg(long, default_value_t = 24.0, requires = "times")]
     pub fps: f32,
-    /// Turn around the target, once in N frames: frames 0 to N - 1, or those of `--frames`, which play meanwhile. With
-    /// `--time` the animation stands still. It goes around the whole model from outside, whether the file has a camera
-    /// or not, unless --orbit says how far; in a room it turns in the middle.
+    /// Turn the camera around the target once in N frames: frames 0 to N - 1, or those of `--frames`, which play
+    /// meanwhile. With `--time` the animation stands still. The camera orbits the whole model, even if the file has a
+    /// camera, unless --orbit gives the distance. In a room it turns in the middle.
     #[arg(long, value_name = "N", conflicts_with_all = ["camera", "eye"], value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub turntable: Option<u32>,
     /// Render on the adapter whose name contains this.
@@ -415,21 +413,54 @@ pub struct RenderArgs {
     /// Whether there is a cache.
     #[command(flatten)]
     pub cache: CacheArgs,
-    /// Write what was done, as JSON, to a file or `-`; as JSON Lines wherever there may be several pictures.
+    /// Write a report as JSON to a file or `-`; as JSON Lines if there may be several pictures.
     ///
     /// Several pictures: more than one input, a folder or a pattern, --frames, --turntable, --variant all, --camera
-    /// all or --cameras. Each line is there as soon as its picture is done. With --skip-existing lines are added to
-    /// those that are there, and a report of one picture that is left alone stays as it is. Beside the report of one
-    /// picture on standard output, a table of its passes goes to standard error, unless --quiet.
+    /// all or --cameras. Each line is written as soon as its picture is done. With --skip-existing lines are appended,
+    /// and the report of a single skipped picture stays as it is. If the report of one picture goes to standard output,
+    /// a table of its passes goes to standard error, unless --quiet.
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
-    /// Leave pictures alone that exist, with their contact sheet and passes where those are asked for.
+    /// Skip pictures that exist, with their contact sheets and passes if those are asked for.
     #[arg(long)]
     pub skip_existing: bool,
-    /// Fail where there would be a warning; the picture is not written.
+    /// Treat warnings as errors; the picture is not written.
     #[arg(long)]
     pub strict: bool,
     /// Say nothing but errors.
     #[arg(long, short)]
     pub quiet: bool,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+    use manypass_testkit::sentences;
+
+    /// The texts of a subcommand and of its flags, with their names.
+    fn texts(command: &clap::Command) -> Vec<(String, String)> {
+        let about = command.get_long_about().or(command.get_about());
+        let flags = command.get_arguments().filter_map(|flag| {
+            Some((flag.get_id().to_string(), flag.get_long_help().or(flag.get_help())?.to_string()))
+        });
+        let own = about.map(|about| (command.get_name().to_owned(), about.to_string()));
+        own.into_iter().chain(flags).chain(command.get_subcommands().flat_map(texts)).collect()
+    }
+
+    /// A text without what it says of defaults.
+    fn without_default(text: &str) -> &str {
+        text.split_once(" [default:").map_or(text, |(before, _)| before)
+    }
+
+    #[test]
+    fn help_is_plain() {
+        let texts = texts(&Cli::command());
+        assert!(texts.len() > 80, "{} texts", texts.len());
+        for (name, text) in &texts {
+            for sentence in text.split("\n\n").flat_map(|part| sentences::of_text(without_default(part))) {
+                assert_eq!(sentence.fault(), None, "{name}: {}", sentence.text);
+            }
+        }
+    }
 }

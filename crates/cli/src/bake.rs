@@ -133,7 +133,7 @@ impl Outputs {
         }
         // A second table of that name, however the first one is written, is none.
         if Stage::parse(&model, &text).is_err() {
-            let message = "the stage says already what lies around the scene";
+            let message = "the stage already sets the environment";
             return Err(Failure::usage(message, "change its [environment], and leave flags of the environment out"));
         }
         Ok(Some(text))
@@ -145,7 +145,7 @@ impl Outputs {
             return Ok(file.file_name().unwrap_or_default().to_string_lossy().into_owned());
         }
         let message = format!("{} lies in another folder than {}", file.display(), self.model.display());
-        Err(Failure::usage(message, "put both into one folder: the stage that is written names files beside it"))
+        Err(Failure::usage(message, "put both into one folder: the written stage names files in its own folder"))
     }
 
     fn check(&self, input: &Input) -> Result<(), Failure> {
@@ -165,7 +165,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     outputs.check(&input)?;
     let wanted = Wanted::new(args)?;
     if let Some(pair) = args.set.iter().find(|pair| !pair.trim_start().starts_with("environment.")) {
-        let message = format!("`--set {pair}` says nothing of what is baked");
+        let message = format!("`--set {pair}` does not affect the bake");
         return Err(Failure::usage(message, "`bake` takes settings of the environment alone: environment.KEY=VALUE"));
     }
     interrupt::heed(args.quiet);
@@ -298,7 +298,7 @@ fn provenance(
             extras["lightMap"] = json!({
                 "encoding": encoding,
                 "color": "linear Rec. 709",
-                "unit": "irradiance / pi: what a white surface sends back, in the units of the lights",
+                "unit": "irradiance / pi: the radiance that a white surface reflects, in the units of the lights",
                 "bounces": settings.bounces,
             });
             if settings.directional {
@@ -425,7 +425,8 @@ fn folder_of(path: &Path) -> Option<PathBuf> {
 fn check_folder(path: &Path, stage: &Stage, output: &Path) -> Result<(), Failure> {
     let names_files = !stage.images().is_empty() || stage.names_light();
     if names_files && folder_of(path) != folder_of(output) {
-        let message = format!("{} names files beside it, which {} would not find", path.display(), output.display());
+        let message =
+            format!("{} names files in its folder, which {} would not find", path.display(), output.display());
         let beside = path.with_file_name(output.file_name().unwrap_or_default());
         return Err(Failure::usage(message, format!("write -o {}", beside.display())));
     }

@@ -328,7 +328,7 @@ fn flag_failure(flag: &str, value: &str, error: SettingsError) -> Failure {
     } else {
         format!("write {expected}")
     };
-    Failure::usage(format!("`{value}` is no value of {flag}"), hint)
+    Failure::usage(format!("`{value}` is not a value of {flag}"), hint)
 }
 
 /// A setting of an effect that has no value.
@@ -431,9 +431,9 @@ mod tests {
     #[test]
     fn nonsense_is_wrong_usage_in_words_of_the_flag() {
         for (flags, expected) in [
-            (&["--environment", "12345"][..], "`12345` is no value of --environment"),
-            (&["--background", "-1"], "`-1` is no value of --background"),
-            (&["--background", "sky"], "`sky` is no value of --background"),
+            (&["--environment", "12345"][..], "`12345` is not a value of --environment"),
+            (&["--background", "-1"], "`-1` is not a value of --background"),
+            (&["--background", "sky"], "`sky` is not a value of --background"),
             (&["--exposure", "65"], "--exposure"),
             (&["--environment-intensity", "-1"], "--environment-intensity"),
             (&["--set", "a"], "has no `=`"),

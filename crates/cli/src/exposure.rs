@@ -39,7 +39,7 @@ impl Taken {
         let is_dark = metering.dark_share > 0.5 && environment != Environment::Fill;
         let percent = (100.0 * metering.dark_share).round();
         let flags = "--preset product shows it in the studio, and --environment fill adds a faint one";
-        is_dark.then(|| format!("{percent} % of what is seen of the model is darker than 16 of 255: {flags}"))
+        is_dark.then(|| format!("{percent} % of the visible model is darker than 16 of 255: {flags}"))
     }
 
     /// What lights of the scene are multiplied by, in stops.
@@ -64,7 +64,8 @@ impl Taken {
 /// The warning of a picture of whose first sample effects left so many pixels as no numbers.
 pub fn scrubbed_warning(scrubbed_pixels: u64) -> Option<String> {
     let pixels = if scrubbed_pixels == 1 { "pixel" } else { "pixels" };
-    let what = "no numbers, or infinite, and shown as black or white: look for divisions by 0 and roots and powers of what is below 0";
+    let what =
+        "not finite, and shown as black or white: look for divisions by 0, and roots and powers of negative numbers";
     (scrubbed_pixels > 0).then(|| format!("effects leave {scrubbed_pixels} {pixels} that are {what}"))
 }
 

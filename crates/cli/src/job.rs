@@ -206,7 +206,7 @@ pub fn size(text: &str) -> Result<(u32, u32), Failure> {
     match parsed {
         Some((w, h)) if (1..=LARGEST_SIDE_PX).contains(&w) && (1..=LARGEST_SIDE_PX).contains(&h) => Ok((w, h)),
         _ => Err(Failure::usage(
-            format!("`{text}` is no size"),
+            format!("`{text}` is not a size"),
             format!("write --size WIDTHxHEIGHT, each from 1 to {LARGEST_SIDE_PX}"),
         )),
     }
@@ -216,7 +216,7 @@ fn frame_range(text: &str) -> Result<(u32, u32), Failure> {
     let parsed = text.split_once("..").and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
     parsed.filter(|(a, b)| a <= b).ok_or_else(|| {
         Failure::usage(
-            format!("`{text}` is no range of frames"),
+            format!("`{text}` is not a range of frames"),
             "write --frames A..B with A from 0 to B; both are rendered",
         )
     })

@@ -75,7 +75,7 @@ pub fn refuse_all(args: &FrameArgs) -> Result<(), Failure> {
         Several { cameras: true, .. } => "--camera",
         _ => return Ok(()),
     };
-    Err(Failure::usage(format!("`{flag} all` is of `manypass render` alone"), format!("name one: {flag} NAME|INDEX")))
+    Err(Failure::usage(format!("`{flag} all` is only for `manypass render`"), format!("name one: {flag} NAME|INDEX")))
 }
 
 /// The look as it is typed, of files that are not asked for all.

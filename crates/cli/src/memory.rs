@@ -240,7 +240,7 @@ fn driver_fits(limits: &[Limit], cores: u64) -> Result<(), Failure> {
             return Err(Failure::new(
                 Kind::NoAdapter,
                 format!("no graphics driver works in {total} MiB of {name}: one takes about {floor} MiB"),
-                format!("raise the limit to {floor} MiB and what the scene and the picture take"),
+                format!("raise the limit to {floor} MiB plus the memory of the scene and the picture"),
             ));
         }
     }

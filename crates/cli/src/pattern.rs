@@ -248,7 +248,7 @@ fn refuse_no_name(out: &str) -> Result<(), Failure> {
     let is_known = |end: &str| Format::from_extension(end).is_some() || Container::from_extension(end).is_some();
     if out.is_empty() || out.strip_prefix('.').is_some_and(is_known) {
         let hint = "name a file, such as -o picture.png, or a folder: -o DIR/";
-        return Err(Failure::usage(format!("`{out}` is no name of an output"), hint));
+        return Err(Failure::usage(format!("`{out}` is not the name of an output"), hint));
     }
     Ok(())
 }

@@ -40,7 +40,7 @@ pub fn note_cache(has_cache: bool) {
     let mut places = folder.ancestors().take(if is_named { usize::MAX } else { 2 });
     if places.find(|place| place.exists()).is_some_and(|there| !memory::is_writable(there)) {
         let folder = folder.display();
-        let remedy = "let XDG_CACHE_HOME name a folder that can be, or add --no-cache";
+        let remedy = "let XDG_CACHE_HOME name a folder that can be created, or add --no-cache";
         say(format_args!("note: the cache {folder} cannot be written, so nothing is kept there; {remedy}"));
     }
 }

@@ -69,7 +69,7 @@ fn light_maps_have_directions_where_they_are_asked_for() {
     let mean = lengths.iter().sum::<f32>() / lengths.len() as f32;
     assert!(lengths.len() > 1000 && (0.6..0.95).contains(&mean), "{} of {mean}", lengths.len());
     let run = bake(&folder, &["demo:cornell", "-o", "c.glb", "--what", "occlusion", "--directional"]);
-    assert!(run.code == 2 && run.stderr.contains("--directional is of light maps"), "{}", run.stderr);
+    assert!(run.code == 2 && run.stderr.contains("--directional is for light maps"), "{}", run.stderr);
 }
 
 #[test]
@@ -142,7 +142,7 @@ fn what_is_wrong_is_said_and_nothing_is_lost() {
         (&["a.glb", "-o", "b.glb", "--bounces", "100"], 2, "100 bounces; write 0 to 64"),
         (&["a.glb", "-o", "b.glb", "--what", "probe"], 2, "probe"),
         (&["a.glb", "-o", "b.glb", "--what", "all,ambient-cubes"], 2, "as spherical harmonics or as ambient cubes"),
-        (&["a.glb", "-o", "b.glb", "--probe-spacing", "1"], 2, "--probe-spacing is of probes, which are not baked"),
+        (&["a.glb", "-o", "b.glb", "--probe-spacing", "1"], 2, "--probe-spacing is for probes, which are not baked"),
         (
             &["a.glb", "-o", "b.glb", "--what", "probes", "--probe-spacing", "0.02"],
             2,

@@ -131,7 +131,7 @@ fn faults_of_files_say_what_is_right() {
         (
             format!("@group(0) @binding(9) var mine: texture_2d<f32>;\n{}", entry.replace("vec4f(1.0)", "textureLoad(mine, vec2i(p.xy), 0)")),
             "e.wgsl:1:27: error: `mine` in group 0",
-            "of one's own there are none but tables of colours",
+            "an effect's own textures are only look-up tables",
         ),
         (
             format!("@group(0) @binding(0) var<uniform> mine: f32;\n{}", entry.replace("1.0", "mine")),
@@ -247,16 +247,16 @@ fn a_report_counts_what_effects_leave_as_no_numbers() {
     folder.write("roots.wgsl", text.as_bytes());
     let words = ["render", "tri.glb", "--size", "8x8", "--samples", "1", "--effect", "roots.wgsl", "-o", "a.png"];
     let quiet = run_in(&folder, &words).expect(0);
-    assert!(!quiet.stderr.contains("no numbers"), "{}", quiet.stderr);
+    assert!(!quiet.stderr.contains("not finite"), "{}", quiet.stderr);
     let strict = run_in(&folder, &[&words[..8], &["--strict", "-o", "strict.png"]].concat()).expect(1);
-    assert!(strict.stderr.contains("tri.glb: effects leave 16 pixels that are no numbers"), "{}", strict.stderr);
+    assert!(strict.stderr.contains("tri.glb: effects leave 16 pixels that are not finite"), "{}", strict.stderr);
     assert!(!folder.join("strict.png").exists());
     let told = run_in(&folder, &[&words[..], &["--report", "r.json"]].concat()).expect(0);
-    assert!(told.stderr.contains("warning: tri.glb: effects leave 16 pixels that are no numbers"), "{}", told.stderr);
+    assert!(told.stderr.contains("warning: tri.glb: effects leave 16 pixels that are not finite"), "{}", told.stderr);
     let report: serde_json::Value =
         serde_json::from_slice(&std::fs::read(folder.join("r.json")).expect("a report")).expect("JSON");
     assert_eq!(report["scrubbed_pixels"], 16);
-    assert!(report["warnings"].to_string().contains("no numbers"), "{}", report["warnings"]);
+    assert!(report["warnings"].to_string().contains("not finite"), "{}", report["warnings"]);
     let none =
         run_in(&folder, &["render", "tri.glb", "--size", "8x8", "--samples", "1", "-o", "b.png", "--report", "s.json"]);
     none.expect(0);

@@ -82,7 +82,7 @@ fn cameras_of_headers_and_report_see_positions_at_their_pixels() {
     let (position, depth) = (values(&image, "position"), values(&image, "depth"));
     let report = report(&folder);
     let camera = &report["camera"];
-    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{value} is no number"));
+    let number = |value: &Value| value.as_f64().unwrap_or_else(|| panic!("{value} is not a number"));
     let row = |matrix: &Value, row: usize, p: [f64; 3]| {
         (0..3).map(|column| number(&matrix[row][column]) * p[column]).sum::<f64>()
     };

@@ -253,7 +253,7 @@ fn most_of_a_model_below_16_of_255_gets_a_hint() {
     };
     let alone = ["--environment", "none"];
     let said = of("dark.gltf", &alone);
-    let end = " % of what is seen of the model is darker than 16 of 255: --preset product shows it in the studio, and \
+    let end = " % of the visible model is darker than 16 of 255: --preset product shows it in the studio, and \
                --environment fill adds a faint one";
     let percent: f64 = said.strip_suffix(end).and_then(|share| share.parse().ok()).expect(&said);
     // The picture has as much of it, but for its edges.

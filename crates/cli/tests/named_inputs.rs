@@ -113,8 +113,8 @@ const REFUSED: [(&str, &str); 7] = [
     ("hostile/mesh_x1e5.3mf", "it shows 99999 objects, and 20000 are possible"),
     ("hostile/decals_positions.stage.toml", ":2:1: error: there are more decals than 4096: 40960000 of this entry"),
     ("hostile/environment_dev_zero.stage.toml", ":3:6: error: environment \"/dev/zero\": it is not a regular file"),
-    ("hostile/particles_rate.stage.toml", ":5:9: error: `1000000` is no value of `rate_hz`"),
-    ("hostile/sim_rate.stage.toml", ":5:9: error: `1000000` is no value of `rate_hz`"),
+    ("hostile/particles_rate.stage.toml", ":5:9: error: `1000000` is not a value of `rate_hz`"),
+    ("hostile/sim_rate.stage.toml", ":5:9: error: `1000000` is not a value of `rate_hz`"),
 ];
 
 /// Effects, and why they are refused.

@@ -25,7 +25,7 @@ fn sizes_that_cannot_be_are_wrong_usage() {
     let folder = Folder::new("sizes");
     for size in ["0x0", "0x16", "16x0", "1000000000x1000000000", "16385x1", "-1x4", "4294967297x4", "1.5x2", "x", ""] {
         let run = render(&folder, &[&format!("--size={size}")], 2);
-        assert!(run.stderr.contains("is no size"), "{size}: {}", run.stderr);
+        assert!(run.stderr.contains("is not a size"), "{size}: {}", run.stderr);
     }
     assert_eq!(folder.names(), ["tri.glb"]);
 }

@@ -55,12 +55,16 @@ fn what_is_wrong_with_an_overlay_is_told_with_its_place() {
     let with = |item: &str| format!("model = \"m.glb\"\n[[overlay]]\n{item}\n");
     for (name, stage, expected) in [
         ("missing", with("sprite = \"gone.png\""), "labels.stage.toml:3:10: error:"),
-        ("font", with("text = \"a\"\nfont = \"m.glb\""), "labels.stage.toml:4:8: error: `m.glb` is no font"),
+        (
+            "font",
+            with("text = \"a\"\nfont = \"m.glb\""),
+            "labels.stage.toml:4:8: error: `m.glb` is not a readable font",
+        ),
         ("empty", with("text = \" \""), "labels.stage.toml:3:8: error: the text is empty"),
         (
             "huge",
             with("text = \"a\"\nsize_px = 1e30"),
-            "labels.stage.toml:4:11: error: `1e30` is no value of `size_px`",
+            "labels.stage.toml:4:11: error: `1e30` is not a value of `size_px`",
         ),
         (
             "node",

@@ -37,7 +37,7 @@ fn a_budget_chooses_settings_and_says_which() {
         ["bench", "demo:materials", "--live", "--size", "96x54", "--count", "9", "--set", "quality.budget_ms=0.001"];
     let summary = run_in(&folder, &summary).expect(0).text();
     assert!(summary.contains("quality: `low, 0.25` for 0.001 ms a frame, after "), "{summary}");
-    assert!(summary.contains("more than the budget, and nothing is left to go without"), "{summary}");
+    assert!(summary.contains("more than the budget, and this is the last rung"), "{summary}");
     assert!(summary.contains("\n  render.scale = 0.25\n"), "{summary}");
 }
 

@@ -109,7 +109,7 @@ fn errors_begin_with_file_line_and_column_and_keep_their_lines() {
         (
             &["--effect", "lines.wgsl", "--set", "lines.rest=2"],
             2,
-            "error: `2` is no value of `lines.rest`",
+            "error: `2` is not a value of `lines.rest`",
             "from 0 to 1",
         ),
         (&["--effect", "lines.wgsl", "--set", "lines.rset=1"], 2, "error: no setting", "did you mean `lines.rest`?"),

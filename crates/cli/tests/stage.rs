@@ -160,10 +160,10 @@ const BROKEN: &[(&str, &str, &str, &str)] = &[
     (
         "set.stage.toml",
         "model = \"m.glb\"\n[settings.render]\nscale = 9\n",
-        "set.stage.toml:3:9: error: `9` is no value of `render.scale`",
+        "set.stage.toml:3:9: error: `9` is not a value of `render.scale`",
         "from 0.25 to 2",
     ),
-    ("latin.stage.toml", "", "error: latin.stage.toml: it is no text in UTF-8", ""),
+    ("latin.stage.toml", "", "error: latin.stage.toml: it is not UTF-8 text", ""),
     ("stage.toml", "model = \"m.glb\"\n", "error: stage.toml: it is neither a model nor a stage", "NAME.stage.toml"),
 ];
 

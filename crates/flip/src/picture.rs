@@ -17,7 +17,7 @@ pub enum FlipError {
         found: usize,
     },
     /// A pixel is infinite or not a number.
-    #[error("the pixel at column {x}, row {y} is {rgb:?}, which are no finite numbers")]
+    #[error("the pixel at column {x}, row {y} is {rgb:?}, which are not finite numbers")]
     NotFinite {
         /// Columns from the left.
         x: usize,

@@ -153,7 +153,7 @@ pub enum PlanError {
     )]
     DepthTwice { pass: String, texture: String, writer: String, other: String },
     /// A pass asked for a read of another pass while it was recorded.
-    #[error("pass `{pass}` looks at a read that it has not declared; call `Pass::read` in it")]
+    #[error("pass `{pass}` uses a read that it has not declared; call `Pass::read` in it")]
     UndeclaredRead { pass: String },
     /// A plan was to be run with another graph than its own.
     #[error("the plan belongs to another graph; call `Graph::plan` on the graph that is run")]

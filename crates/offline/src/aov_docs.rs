@@ -1,4 +1,4 @@
-//! What is said of variables in help and documentation, from the one table that encoders use too.
+//! The help and documentation of AOVs, from the table that encoders use, too.
 
 use manypass::Aov;
 use std::fmt::Write as _;
@@ -29,11 +29,10 @@ pub fn markdown_table() -> String {
 pub fn help() -> String {
     let mut text = String::from(
         "`all`, or names with commas: layers of .exr, or .png files of their own\n\n\
-         They show opaque and masked surfaces, not blended ones, and are those of the middle of each pixel; radiance alone \
-         is the average of all samples, with everything. In .exr all values are 32-bit floats, ids 32-bit whole numbers. \
-         In .png a number v stands for a value as said below; low and high are in the report (aov_ranges) and in the \
-         file's text `manypass`. Cameras are in the headers of .exr and in the report. docs/aovs.md has all of this with \
-         code.\n",
+         They show opaque and masked surfaces, not blended ones, at the middle of each pixel. Only radiance is the average \
+         of all samples, with everything. In .exr all values are 32-bit floats, ids 32-bit whole numbers. In .png a number v \
+         stands for a value as said below. The report (aov_ranges) and the file's text `manypass` have low and high. \
+         Cameras are in the headers of .exr and in the report. docs/aovs.md has all of this with code.\n",
     );
     for aov in Aov::ALL {
         let info = aov.info();

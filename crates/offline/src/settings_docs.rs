@@ -1,4 +1,4 @@
-//! What is said of settings in documentation, from the declarations that the passes make.
+//! The documentation of settings, from the declarations of the passes.
 
 use manypass::settings::SettingType;
 use manypass::{Aov, EffectFile, Quality, Settings};
@@ -6,10 +6,11 @@ use manypass_scene::renamed::{NameKind, RENAMED};
 use std::fmt::Write as _;
 
 /// How the types of settings begin.
-const TYPES_BEGIN: &str = "// Written by `cargo xtask goldens` from the declarations of settings, tiers, variables and effects.
+const TYPES_BEGIN: &str =
+    "// Written by `cargo xtask goldens` from the declarations of settings, tiers, variables and effects.
 
 /**
- * Settings by key, as in `--set` on the command line; docs/settings.md says what each of them does. Effects add keys of their own,
+ * Settings by key, as in `--set` on the command line; docs/settings.md describes each. Effects add their own keys,
  * such as `bloom.strength`.
  */
 export interface Settings {
@@ -55,9 +56,9 @@ pub fn typescript() -> String {
     }
     text += TYPES_END;
     let names = [
-        ("The name of a table of settings (docs/quality.md).", "QualityName", union_of(Quality::NAMES.iter().copied())),
+        ("The name of a quality tier (docs/quality.md).", "QualityName", union_of(Quality::NAMES.iter().copied())),
         (
-            "The name of a variable: what the frame knows of every pixel besides its colour. docs/aovs.md says what each holds.",
+            "The name of an AOV (arbitrary output variable). docs/aovs.md says what each holds.",
             "VariableName",
             union_of(Aov::ALL.iter().map(|aov| aov.name())),
         ),

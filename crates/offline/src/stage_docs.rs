@@ -1,4 +1,4 @@
-//! What is said of stage files in documentation, from the declarations that their reader has.
+//! The documentation of stage files, from the declarations of their reader.
 
 use manypass_scene::renamed::{NameKind, RENAMED};
 use manypass_scene::stage::keys::{SETTINGS_TABLES, TABLES};
@@ -34,7 +34,7 @@ pub fn markdown_tables() -> String {
     text
 }
 
-/// What is said of older names.
+/// The text on older names.
 const OLDER_NAMES: &str = "
 Older names work in this version alone. A hint names the name of today, once a run; `--strict` does not refuse it. On
 the page the hint is one of `viewer.warnings()`. The older name of a table or key beside the name of today in one stage

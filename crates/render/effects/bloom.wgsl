@@ -2,20 +2,20 @@
 //! reads: radiance
 //! passes: fs_first -> d1 1/2, fs_down2 -> d2 1/4, fs_down3 -> d3 1/8, fs_down4 -> d4 1/16, fs_down5 -> d5 1/32, fs_up4 -> u4 1/16, fs_up3 -> u3 1/8, fs_up2 -> u2 1/4, fs_up1 -> u1 1/2, fs_mix
 
-// What a lens spreads of all light: smaller and smaller pictures, each the mean of 13 places of the one before, mixed on
-// the way back by a tent of 9 places.
+// Bloom: light that a lens spreads. A pyramid of smaller pictures, each filtered with 13 samples of the one before, is
+// mixed on the way back up by a tent filter of 9 samples.
 // Source: Jimenez 2014, "Next Generation Post Processing in Call of Duty: Advanced Warfare". Differs from it: each
-// picture is mixed with the next smaller one and not added to it, and the sum takes the place of as much light as it
-// has, so that the picture is as bright as before.
+// level is mixed with the next smaller one, not added to it. The sum replaces as much light as it has, so that the
+// picture keeps its brightness.
 
 struct Bloom {
-    /// How much of the light is spread, share
+    /// The share of light that is spread, share
     // = 0.08 in 0..1
     strength: f32,
-    /// How much of it is spread further, from each size of picture to the next smaller one, share
+    /// The share that is spread further, from each level to the next smaller one, share
     // = 0.7 in 0..1
     spread: f32,
-    /// Only what is brighter than this is spread, of white as it is exposed
+    /// The radiance above which light is spread, of white as it is exposed
     // = 0 in 0..
     threshold: f32,
     padding: f32,

@@ -6,11 +6,11 @@
 // them (Rákos 2010, "Efficient Gaussian blur with linear sampling").
 
 struct Blur {
-    /// The standard deviation, pixels
+    /// The standard deviation of the Gaussian, pixels
     // = 4 in 0.1..32
     sigma_px: f32,
     padding_a: f32,
-    /// How much of it is along rows and along columns; with 0 for columns it is horizontal alone, share
+    /// The share of the standard deviation along rows and along columns; 0 for columns blurs horizontally alone, share
     // = 1, 1 in 0..1
     direction: vec2f,
 }

@@ -2,27 +2,27 @@
 //! reads: radiance, depth
 //! passes: fs_small -> small 1/2, fs_circles -> circles 1/2, fs_tile -> tile 1/16, fs_reach -> reach 1/16, fs_far -> far 1/2, fs_near -> near 1/2, fs_dof
 
-// Depth of field: what is not in focus is a disk, as wide as a thin lens makes it. What lies behind is gathered at half
-// the size from what is as blurred itself, so that nothing sharp bleeds into it; what lies in front spreads over all
-// that is behind it.
+// Depth of field: each point out of focus becomes the circle of confusion of a thin lens. The background is gathered at
+// half the size from pixels as blurred as itself, so that nothing sharp bleeds into it. The foreground spreads over
+// everything behind it.
 // Sources: Potmesil & Chakravarty 1981, "A Lens and Aperture Camera Model for Synthetic Image Generation"; Jimenez 2014,
 // "Next Generation Post Processing in Call of Duty: Advanced Warfare" (gathering by the size of what scatters, tiles).
 // Parallel rays have no lens, and stay sharp.
 
 struct Dof {
-    /// How far away is what is sharp; 0: what is in the middle of the picture, m
+    /// The focus distance; 0: that of the picture's middle, m
     // = 0 in 0..
     focus_m: f32,
-    /// The focal length divided by the width of the aperture: the less the more blur, f-number
+    /// The focal length divided by the aperture diameter; a smaller number blurs more, f-number
     // = 2.8 in 0.01..1024
     f_stop: f32,
-    /// How high the film or sensor is; with the camera's angle of view it says the focal length, mm
+    /// The height of the sensor; with the camera's field of view it gives the focal length, mm
     // = 24 in 1..10000
     sensor_height_mm: f32,
-    /// The widest disk's radius, px
+    /// The largest radius of a circle of confusion, px
     // = 48 in 1..64
     radius_max_px: f32,
-    /// How many places of a disk are looked up.
+    /// The number of samples of a circle of confusion.
     // = 48 in 8..256
     taps: u32,
     padding_a: f32,

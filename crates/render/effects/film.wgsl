@@ -2,19 +2,19 @@
 //! reads: display
 //! pixel: filmed
 
-// What a film and its lens do to a finished picture: corners fall dark, colours lean, and there is grain.
+// The look of film on a finished picture: vignette, tint, saturation and grain.
 
 struct Film {
-    /// The colour that lights lean to, linear Rec. 709
+    /// The tint of highlights, linear Rec. 709
     // = 1, 0.97, 0.9 in 0..2
     tint: vec3f,
-    /// How much light the corners lose, share
+    /// The vignette: the share of light that the corners lose, share
     // = 0.35 in 0..1
     vignette: f32,
-    /// How much colour is left, share
+    /// The saturation: how much colour is left, share
     // = 0.85 in 0..2
     saturation: f32,
-    /// The grain's standard deviation in the middle tones, 1/255
+    /// The standard deviation of the grain in the middle tones, 1/255
     // = 5 in 0..64
     grain: f32,
     padding_a: f32,

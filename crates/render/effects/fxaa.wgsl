@@ -1,19 +1,19 @@
 //! effect fxaa
 //! reads: display
 
-// Smooths edges of a finished picture of few samples: along each edge it looks for both of its ends, and takes of the
-// pixel across the edge as much as the edge, if it were straight, would cover of this one.
-// Source: Lottes 2009, "FXAA", in the form with a search for ends ("quality"). Differs from it: tones come of linear
-// colours by a square root.
+// Anti-aliasing of a finished picture of few samples. It searches both ends of each edge. Then it blends with the pixel
+// across the edge, by the area that a straight edge would cover.
+// Source: Lottes 2009, "FXAA", in the form with a search for ends ("quality"). Differs from it: tones are the square
+// root of linear colours.
 
 struct Fxaa {
-    /// What contrast is no edge, of the brightest around it, share
+    /// The contrast below which there is no edge, of the brightest neighbour, share
     // = 0.125 in 0.03..1
     threshold: f32,
-    /// What contrast is no edge in the dark, share
+    /// The contrast below which there is no edge in dark areas, share
     // = 0.03 in 0..1
     threshold_dark: f32,
-    /// How much of what is smaller than a pixel is smoothed, share
+    /// The strength of subpixel anti-aliasing, share
     // = 0.75 in 0..1
     subpixel: f32,
     padding: f32,

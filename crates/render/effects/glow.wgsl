@@ -2,17 +2,17 @@
 //! reads: radiance
 //! passes: fs_bright -> wide 1/2, fs_across -> wide 1/2 x rounds, fs_mix
 
-// Light that spreads around what is bright, as in fog or in an eye. What is bright is kept at half the size, spread in
-// rounds whose steps grow (Kawase 2003, "Frame Buffer Postprocessing Effects in DOUBLE-S.T.E.A.L"), and added.
+// Glow around bright areas, as in fog or in an eye. Bright light is kept at half the size, blurred in rounds whose steps
+// grow (Kawase 2003, "Frame Buffer Postprocessing Effects in DOUBLE-S.T.E.A.L"), and added.
 
 struct Glow {
-    /// How much of the light spreads, share
+    /// The share of light that is spread, share
     // = 0.25 in 0..1
     strength: f32,
-    /// What is brighter than this spreads, of white as it is exposed
+    /// The radiance above which light is spread, of white as it is exposed
     // = 0.8 in 0..
     threshold: f32,
-    /// How often it is spread; the more, the wider.
+    /// The number of blur rounds; more make a wider glow.
     // = 5 in 1..16
     rounds: u32,
     padding: f32,

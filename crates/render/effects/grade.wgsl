@@ -2,34 +2,34 @@
 //! reads: radiance
 //! pixel: graded_light
 
-// Colour grading of the light itself, before the tone curve: white balance, gain, gamma and lift, contrast, saturation.
-// Light has no upper end here, so that what gets brighter rolls off by the tone curve and no colour is clipped; and what
-// a coloured lamp does to a scene is a product of light, which a curve would no longer let be undone.
+// Colour grading of radiance, before the tone curve: white balance, gain, gamma and lift, contrast, saturation. Radiance
+// has no upper limit here: brighter values roll off by the tone curve, and no colour is clipped. White balance undoes a
+// coloured lamp exactly, because the lamp multiplies radiance; after the curve this would be lost.
 // Sources: Krystek 1985 (colours of black bodies), Li et al. 2017, "CAM16" (adaptation: CAT16, complete), ASC Color
 // Decision List 1.2 (gain is its slope, lift its offset, 1 / gamma its power).
 
 struct Grade {
-    /// The light that shall look white is that of a black body of so many kelvin; below 6500 the picture gets bluer, K
+    /// White balance: the colour temperature that looks white; below 6500 the picture gets bluer, K
     // = 6500 in 1500..15000
     temperature_k: f32,
-    /// How far the light that shall look white lies on the green side of a black body's; the picture gets more purple, 0.001 Duv
+    /// White balance: how far the colour that looks white lies on the green side of black bodies; more is more purple, 0.001 Duv
     // = 0 in -50..50
     tint: f32,
     /// Contrast around mid grey (0.18), power
     // = 1 in 0..4
     contrast: f32,
-    /// How much colour is left, share
+    /// The saturation: how much colour is left, share
     // = 1 in 0..4
     saturation: f32,
-    /// Multiplies light, of each channel, factor
+    /// The gain: multiplies each channel, factor
     // = 1, 1, 1 in 0..16
     gain: vec3f,
     padding_a: f32,
-    /// Brightens what is darker than white as it is exposed where it is above 1, and darkens what is brighter, 1 / power
+    /// The gamma: above 1 it brightens what is darker than exposed white and darkens what is brighter, 1 / power
     // = 1, 1, 1 in 0.1..10
     gamma: vec3f,
     padding_b: f32,
-    /// Is added to light, after gain and before gamma, of white as it is exposed
+    /// The lift: is added after gain and before gamma, of white as it is exposed
     // = 0, 0, 0 in -1..1
     lift: vec3f,
     padding_c: f32,

@@ -2,29 +2,29 @@
 //! reads: radiance
 //! passes: fs_lens
 
-// What a lens does to the light before a film or a sensor has it: straight lines bend, colours part towards the corners,
-// and the corners get less light. Depth and normals stay where they are, so that effects that read these come before it.
+// The faults of a lens: radial distortion, chromatic aberration and vignetting. Depth and normals are not distorted, so
+// effects that read them come before this one.
 // Source: Brown 1966, "Decentering Distortion of Lenses" (the radial part: a point that a perfect lens draws at the
 // distance r from the middle is drawn at r (1 + k1 r² + k2 r⁴)), with the corners at r = 1. The k1 and k2 of OpenCV,
 // whose r is the tangent of the angle to the axis, are these divided by the second and fourth power of the tangent at the corners.
 
 struct Lens {
-    /// How far it bends lines: below 0 as a barrel and above as a cushion, r at the corners
+    /// Radial distortion: below 0 barrel, above 0 pincushion, r at the corners
     // = -0.1 in -0.2..1
     k1: f32,
-    /// The same with most of it near the corners, r at the corners
+    /// Radial distortion of higher order, strongest near the corners, r at the corners
     // = 0 in -0.05..1
     k2: f32,
-    /// How much of the zoom is taken by which nothing is empty and nothing needless out of the frame, share
+    /// The share of the zoom that just fills the frame, share
     // = 1 in 0..1
     fill: f32,
-    /// How much farther out the red end of the spectrum is drawn than the blue one, share
+    /// Chromatic aberration: how much farther out red is drawn than blue, share
     // = 0.004 in -0.1..0.1
     chromatic: f32,
-    /// How many colours of the spectrum are looked up.
+    /// The number of samples of the spectrum.
     // = 9 in 3..64
     taps: u32,
-    /// How much light the corners lose: 1 is the fourth power of the cosine of the angle to the axis, power
+    /// Vignetting: 1 is the fourth power of the cosine of the angle to the axis, power
     // = 0 in 0..8
     vignette: f32,
     padding_a: f32,

@@ -2,16 +2,17 @@
 //! reads: radiance, depth, motion
 //! passes: fs_quarter -> quarter 1/4, fs_tile -> tile 1/16, fs_around -> around 1/16, fs_gather
 
-// What moves is smeared along its way while the shutter is open. The longest way in and around a tile says where a pixel
-// looks; what lies before it, or behind it while it moves itself, counts as far as its way reaches.
+// Motion blur: moving surfaces are smeared along their motion vectors while the shutter is open. A pixel samples along
+// the longest motion vector in and around its tile. Samples in front of it, or behind it if it moves itself, count as far
+// as their own motion reaches.
 // Source: McGuire, Hennessy, Bukowski & Osman 2012, "A Reconstruction Filter for Plausible Motion Blur". Differs from it:
-// tiles are found in two steps, and a pixel looks at the longest way within 32 pixels.
+// tiles are found in two steps, and a pixel takes the longest motion vector within 32 pixels.
 
 struct MotionBlur {
-    /// For how long of the time between two frames the shutter is open, share; 180 degrees are 0.5
+    /// The share of the time between two frames with an open shutter; 180 degrees are 0.5, share
     // = 0.5 in 0..2
     shutter: f32,
-    /// How many places along the way are looked at
+    /// The number of samples along the motion
     // = 15 in 3..63
     taps: u32,
     padding: vec2f,

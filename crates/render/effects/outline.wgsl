@@ -2,8 +2,8 @@
 //! reads: radiance, depth, normal, base_color, material, ids if object or material
 //! passes: fs_edges -> edges, fs_rows -> rows, fs_outline
 
-// Lines where one thing ends in front of another, where a surface has a crease, where its colour changes, or where another
-// object begins.
+// Outlines at steps of depth (silhouettes), at creases, at changes of base colour, and at borders of objects and
+// materials.
 // Sources: Saito & Takahashi 1990, "Comprehensible Rendering of 3-D Shapes"; Decaudin 1996, "Cartoon-Looking Rendering of 3D
 // Scenes" (ids); Felzenszwalb & Huttenlocher 2012, "Distance
 // Transforms of Sampled Functions" (rows, then columns). Differs from the first: depth is compared with what a plane
@@ -14,25 +14,25 @@ struct Outline {
     /// Colour of the lines, linear Rec. 709, of white as it is exposed
     // = 0, 0, 0 in 0..
     color: vec3f,
-    /// How much of what is under a line it hides, share
+    /// The opacity of lines, share
     // = 1 in 0..1
     strength: f32,
-    /// How wide lines are, px
+    /// The width of lines, px
     // = 2 in 0..32
     width_px: f32,
-    /// How much nearer than what is behind it something is that gets a line, share of the farther distance
+    /// The step of depth that gets a line, share of the farther distance
     // = 0.03 in 0.001..1
     depth: f32,
-    /// The angle between normals of neighbours from which on a crease gets a line; 180: none does, °
+    /// The angle between neighbouring normals from which a crease gets a line; 180: none does, °
     // = 35 in 1..180
     crease_deg: f32,
-    /// How much base colours of neighbours differ to get a line, of a channel in linear light; 1: none does.
+    /// The difference of neighbouring base colours that gets a line, of a channel in linear light; 1: none does.
     // = 1 in 0.01..1
     base_color: f32,
-    /// Whether there is a line between two nodes beside each other, wherever they are: 1, or 0
+    /// Whether borders between nodes get a line: 1 or 0
     // = 0 in 0..1
     object: f32,
-    /// The same between two materials
+    /// Whether borders between materials get a line: 1 or 0
     // = 0 in 0..1
     material: f32,
 }

@@ -1,10 +1,10 @@
 //! effect sharpen
 //! reads: display
 
-// Contrast between neighbours is raised, less where it is strong already, and never beyond what the neighbours are
-// (after Lottes 2019, "FidelityFX Contrast Adaptive Sharpening").
+// Sharpening: raises the contrast between neighbours, less where it is strong already, and never beyond the neighbours'
+// range (after Lottes 2019, "FidelityFX Contrast Adaptive Sharpening").
 
-/// How much, share
+/// The strength, share
 // = 0.6 in 0..1
 @group(2) @binding(0) var<uniform> strength: f32;
 

@@ -3,22 +3,21 @@
 //! fallback: fxaa
 //! passes: fs_edges -> edges, fs_around -> around, fs_weights -> weights, fs_smaa
 
-// Smooths edges of pictures of few samples by their shapes: edges between pixels are found, followed to both of their
-// ends, and drawn again as the straight lines that they stand for; a pixel takes of its neighbour what lies on the other
-// side of that line.
+// Morphological anti-aliasing of pictures of few samples. Edges between pixels are found and followed to both ends. They
+// are reconstructed as straight lines, and a pixel blends with its neighbour by the area beyond that line.
 // Source: Jimenez et al. 2012, "SMAA: Enhanced Subpixel Morphological Antialiasing", in its form for one sample (1x), with
 // adaptation to local contrast, diagonals and corners. Differs from it: areas under lines are computed where the paper
 // looks them up in a texture, so that a line may be of any length; edges of alpha count as well; and colours are linear
 // when they are mixed.
 
 struct Smaa {
-    /// What contrast is no edge, of tones from 0 to 1
+    /// The contrast below which there is no edge, of tones from 0 to 1
     // = 0.1 in 0.02..1
     threshold: f32,
-    /// How far an edge is followed to each side, px
+    /// The distance over which an edge is followed to each side, px
     // = 48 in 4..112
     reach_px: u32,
-    /// How much corners are rounded, share
+    /// The rounding of corners, share
     // = 0.25 in 0..1
     corners: f32,
     padding: f32,

@@ -2,25 +2,25 @@
 //! reads: radiance, depth, normal, base_color, material
 //! passes: fs_light -> light, fs_rows -> rows, fs_toon
 
-// Light in a few even steps, as in a cartoon: what falls on a surface is told from the surface's own colour, smoothed
-// where the surface goes on, and brought to steps; then the surface is as bright as the step, in the colour that it had.
+// Toon shading: light in a few even steps. Light is separated from the surface's base colour, smoothed within the surface
+// and quantised. Then the surface takes the brightness of the step and keeps its colour.
 // Sources: Lake et al. 2000, "Stylized Rendering Techniques for Scalable Real-Time 3D Animation"; Winnemöller et al.
 // 2006, "Real-Time Video Abstraction" (soft steps).
 
 struct Toon {
-    /// How many steps there are from dark to bright.
+    /// The number of steps from dark to bright.
     // = 4 in 2..16
     steps: f32,
-    /// How much of a step is a transition to the next one, share
+    /// The share of a step that is a transition to the next one, share
     // = 0.15 in 0.01..1
     softness: f32,
-    /// How far light is smoothed before, px
+    /// The radius over which light is smoothed first, px
     // = 4 in 0..16
     smooth_px: f32,
-    /// How much of the surfaces' own light is left, share
+    /// The share of the original shading that is left, share
     // = 0 in 0..1
     realism: f32,
-    /// How colourful the result is, share
+    /// The saturation of the result, share
     // = 1.15 in 0..2
     saturation: f32,
     padding_a: f32,

@@ -9,28 +9,28 @@
 // left of its equation, the fewer the more iterations.
 
 struct Fluid {
-    /// How often pressure is made better in a step; it begins with that of the step before.
+    /// The iterations of the pressure solver in a step, which starts from the last step's pressure.
     // = 24 in 1..64
     iterations: u32,
-    /// How fast smoke rises, of as much as there is of it, m/s²
+    /// The buoyancy: the upward acceleration per amount of smoke, m/s²
     // = 1.2 in -100..100
     buoyancy: f32,
-    /// How much of the smoke fades away, 1/s
+    /// The rate at which smoke fades, 1/s
     // = 0.25 in 0..100
     fade_per_s: f32,
-    /// How much eddies are helped, which the grid takes away, share
+    /// Vorticity confinement: the strength that restores eddies which the grid damps, share
     // = 0.35 in 0..2
     swirl: f32,
-    /// Where smoke comes from, as shares of the width from the left and of the height from above.
+    /// The position of the source, as shares of the width from the left and of the height from above.
     // = 0.5, 0.9 in 0..1
     source: vec2f,
-    /// How wide that is, share of the width
+    /// The width of the source, share of the width
     // = 0.05 in 0..1
     source_radius: f32,
-    /// How much smoke comes from it, 1/s
+    /// The amount of smoke from the source, 1/s
     // = 6 in 0..1000
     source_rate: f32,
-    /// How fast it comes, to the right and up, m/s
+    /// The velocity of smoke at the source, to the right and up, m/s
     // = 0, 0.5 in -100..100
     source_speed: vec2f,
     padding_a: vec2f,

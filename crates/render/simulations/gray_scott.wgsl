@@ -9,19 +9,19 @@
 // corals and mazes. Source: Gray & Scott 1984; Pearson 1993, "Complex Patterns in a Simple System".
 
 struct GrayScott {
-    /// How much of the first substance is fed, share a step
+    /// The feed rate of the first substance, share a step
     // = 0.0545 in 0..0.2
     feed: f32,
-    /// How much of the second is taken away, share a step
+    /// The kill rate of the second substance, share a step
     // = 0.062 in 0..0.2
     kill: f32,
-    /// How fast the first spreads, cells² a step
+    /// The diffusion rate of the first substance, cells² a step
     // = 1 in 0..1
     spread_a: f32,
-    /// How fast the second spreads, cells² a step
+    /// The diffusion rate of the second substance, cells² a step
     // = 0.5 in 0..1
     spread_b: f32,
-    /// How many spots of the second there are at first, share of blocks of 16 by 16 cells
+    /// The number of initial spots of the second substance, share of blocks of 16 by 16 cells
     // = 0.06 in 0..1
     spots: f32,
     padding_a: f32,
@@ -30,7 +30,7 @@ struct GrayScott {
     // = 0.015, 0.03, 0.05 in 0..
     low_color: vec3f,
     padding_c: f32,
-    /// The colour with much of it, linear Rec. 709
+    /// The colour of the second substance, linear Rec. 709
     // = 0.95, 0.45, 0.2 in 0..
     high_color: vec3f,
     padding_d: f32,

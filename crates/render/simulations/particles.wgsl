@@ -10,55 +10,55 @@
 // space. What is born takes the cell of the one that has been dead for longest; there are never more than `count`.
 
 struct Particles {
-    /// How many there are at once, at most.
+    /// The most particles at once.
     // = 1024 in 1..1048576
     count: u32,
-    /// How many are born, 1/s; as many as there is place for where it is 0, and at most
+    /// The birth rate; 0 is the most that there is room for, 1/s
     // = 0 in 0..
     rate_per_s: f32,
-    /// How long they live, at least and at most, s
+    /// The shortest and the longest life, s
     // = 1, 2 in 0.01..10000
     life_s: vec2f,
-    /// The middle of where they are born, m
+    /// The middle of the emitter, m
     // = 0, 0, 0
     center: vec3f,
-    /// 0 in a box, 1 in the ellipsoid within it, 2 in the upright disk within it
+    /// The shape of the emitter: 0 a box, 1 the ellipsoid in it, 2 the upright disk in it.
     // = 0 in 0..2
     shape: u32,
-    /// The extent of that, m
+    /// The extent of the emitter, m
     // = 0, 0, 0 in 0..
     size_m: vec3f,
-    /// How fast the parts of a second apart they are, m/s
+    /// The random part of the initial velocity, at most, m/s
     // = 0 in 0..1000
     spread_m_s: f32,
-    /// How they move at first, m/s
+    /// The initial velocity, m/s
     // = 0, 0, 0
     velocity_m_s: vec3f,
-    /// How much faster they fall, m/s²
+    /// The gravity, m/s²
     // = 9.81 in -1000..1000
     gravity_m_s2: f32,
-    /// How the air moves, m/s
+    /// The velocity of the wind, m/s
     // = 0, 0, 0
     wind_m_s: vec3f,
-    /// How much of their speed against the air they lose, 1/s
+    /// The drag: the rate at which they lose speed relative to the air, 1/s
     // = 0 in 0..1000
     drag_per_s: f32,
-    /// How fast the air swirls, m/s
+    /// The speed of turbulence, m/s
     // = 0 in 0..1000
     swirl_m_s: f32,
-    /// How large its swirls are, m
+    /// The size of turbulent swirls, m
     // = 1 in 0.001..10000
     swirl_m: f32,
-    /// How much of their speed they keep where they meet something, share; where it is below 0 they end there
+    /// The restitution at collisions; below 0 they end there, share
     // = 0 in -1..1
     bounce: f32,
-    /// How much of their speed along what they meet they lose, share
+    /// The friction at collisions, share
     // = 0.2 in 0..1
     friction: f32,
-    /// Two planes that they stay before: the normal, and the product of the plane's points with it. None has the normal 0.
+    /// A plane that they do not pass: the normal, and the product of the plane's points with it. The normal 0 is no plane.
     // = 0, 1, 0, 0
     floor: vec4f,
-    /// The second of them.
+    /// A second such plane.
     // = 0, 0, 0, 0
     wall: vec4f,
 }

@@ -10,31 +10,31 @@
 // hold while speed_m_s is below 0.7 sides of a cell a step (Courant, Friedrichs & Lewy 1928).
 
 struct Ripples {
-    /// How fast waves are: the root of gravity and depth, m/s
+    /// The speed of waves: the square root of gravity times depth, m/s
     // = 0.7 in 0..100
     speed_m_s: f32,
-    /// The share of the energy of waves that is lost, 1/s
+    /// The damping: the rate at which waves lose energy, 1/s
     // = 0.4 in 0..1000
     damping_per_s: f32,
-    /// How many drops fall, 1/s
+    /// The number of drops, 1/s
     // = 0 in 0..10000
     drops_per_s: f32,
     /// The radius of a drop, m
     // = 0.05 in 0.0001..1000
     drop_m: f32,
-    /// How deep the hole is that a drop makes, m
+    /// The depth of a drop's hole, m
     // = 0.01 in -1000..1000
     drop_depth_m: f32,
-    /// The height of a hill of water that there is at first, m
+    /// The height of an initial hill of water, m
     // = 0 in -1000..1000
     first_m: f32,
-    /// Where that is, as shares of the width from the left and of the height from above.
+    /// The position of that hill, as shares of the width from the left and of the height from above.
     // = 0.5, 0.5 in 0..1
     first_place: vec2f,
-    /// How much of the water where a body comes is pushed aside, share
+    /// The share of water that a body displaces, share
     // = 0.3 in 0..1
     push: f32,
-    /// How fast the speeds of neighbours become one, which takes short waves first, m²/s
+    /// The viscosity, which damps short waves first, m²/s
     // = 0.0004 in 0..100
     viscosity_m2_s: f32,
     padding: vec2f,

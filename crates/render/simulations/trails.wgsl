@@ -10,25 +10,25 @@
 // and the ground is pressed to where its underside is. What is pressed away rises as a rim, because sand is not lost.
 
 struct Trails {
-    /// How deep the ground gives way, m
+    /// The greatest depth of tracks, m
     // = 0.04 in 0..100
     depth_m: f32,
-    /// How far what stands on the ground sinks in, m
+    /// The depth to which bodies on the ground sink in, m
     // = 0.012 in 0..100
     sink_m: f32,
-    /// The share of what was pressed that rises again, 1/s
+    /// The rate at which tracks fill again, 1/s
     // = 0 in 0..1000
     recovery_per_s: f32,
-    /// How high the rim is beside what was pressed, as a share of its depth
+    /// The height of the rim of tracks, share of their depth
     // = 0.35 in 0..2
     rim: f32,
     /// The colour of the ground, linear
     // = 0.58, 0.49, 0.37 in 0..1
     ground_color: vec3f,
-    /// How rough the ground is by chance, m
+    /// The random roughness of the ground, m
     // = 0.0012 in 0..1
     grain_m: f32,
-    /// The colour of what is pressed, linear
+    /// The colour of tracks, linear
     // = 0.4, 0.32, 0.22 in 0..1
     pressed_color: vec3f,
     padding: f32,

@@ -1,5 +1,5 @@
-//! Arbitrary output variables: what the frame knows of every pixel besides its colour. They belong to opaque and masked
-//! surfaces; blended ones are in none of them but `radiance`, unless whatever the eye meets first is asked for.
+//! Arbitrary output variables (AOVs): values of every pixel besides its colour. They show opaque and masked surfaces.
+//! Blended ones are only in `radiance`, unless `aov.first_surface` asks for them.
 
 mod exports;
 mod info;
@@ -25,8 +25,8 @@ pub enum Aov {
     BaseColor,
     /// Occlusion of the material.
     Occlusion,
-    /// The share of the environment's light that screen-space occlusion lets through, whether or not the picture has
-    /// it; 1 where there is no surface.
+    /// Screen-space ambient occlusion: the share of the environment's light that is left, even if the picture does not
+    /// use it; 1 where there is no surface.
     OcclusionScreen,
     /// Unit normal in world space.
     Normal,
@@ -42,7 +42,7 @@ pub enum Aov {
     Roughness,
     /// Emitted radiance, linear, exposure divided out. Unlit surfaces emit their base colour.
     Emission,
-    /// Pixels of the picture moved since the previous frame, +x right, +y down; 0 without a previous frame.
+    /// Motion vector since the previous frame in pixels, +x right, +y down; 0 without a previous frame.
     Motion,
     /// The index of the node plus 1; 0 where there is no surface.
     ObjectId,
@@ -53,7 +53,7 @@ pub enum Aov {
 }
 
 impl Aov {
-    /// Every variable.
+    /// All AOVs.
     pub const ALL: &[Self] = &[
         Self::BaseColor,
         Self::Occlusion,
@@ -77,7 +77,7 @@ impl Aov {
     }
 }
 
-/// Which passes a frame needs for its variables alone.
+/// The passes that a frame needs only for its AOVs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AovPasses {
     /// The copy of the emission.

@@ -1,21 +1,19 @@
-//! Settings of pictures within the picture.
+//! Settings of captures.
 
 use crate::setting::settings;
 
 settings! {
-    /// Settings of what is drawn within the scene for the picture: what monitors show, what mirrors reflect, and what is around
-    /// probes.
+    /// Settings of captures: the views that monitors, mirrors and probes show.
     pub struct CaptureSettings {
-        /// Whether pictures within the picture are drawn. Otherwise monitors are dark, mirrors show the environment, and
-        /// probes that frames find the light of have none.
+        /// Whether captures are drawn. Otherwise monitors are dark, mirrors show the environment, and live probes have
+        /// no light.
         enabled: bool = true;
-        /// How deep they are within each other: 1 leaves screens dark that are seen in what another one shows, and mirrors
-        /// without each other.
+        /// The nesting depth of captures. With 1, monitors in other captures are dark, and mirrors do not show each
+        /// other.
         depth: u32 = 2, in 1..=8;
-        /// How many monitors a frame of a live view draws anew at most, in turns; 0 for all. Stills draw all.
+        /// The most monitors that a frame of a live view redraws, in turns; 0 for all. Stills draw all.
         per_frame: u32 = 0, in 0..=64;
-        /// Around how many probes whose light frames find a frame of a live view looks at most, in turns. Stills look around
-        /// all.
+        /// The most live probes that a frame of a live view updates, in turns. Stills update all.
         probes: u32 = 2, in 1..=64;
     }
 }

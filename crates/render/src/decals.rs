@@ -78,7 +78,7 @@ pub(crate) fn faults(scene: &Scene) -> Vec<String> {
         .collect();
     if scene.decals.len() > DECALS_MAX {
         faults.push(format!(
-            "there are {} decals, of which the first {DECALS_MAX} that are shown are drawn",
+            "there are {} decals; only the first {DECALS_MAX} that are shown are drawn",
             scene.decals.len()
         ));
     }

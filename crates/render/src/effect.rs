@@ -30,7 +30,7 @@ use crate::shader::program::ProgramError;
 use manypass_graph::Handle;
 use std::fmt::Debug;
 
-/// What an effect makes new, and so where in a frame it stands.
+/// The stage of a frame at which an effect runs: on radiance or on display colours.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EffectStage {
     /// Radiance, of every sample: after the surfaces, before the tone curve.

@@ -92,7 +92,7 @@ impl Environment {
     }
 }
 
-/// What the camera sees where there is no surface.
+/// The background of the picture, where there is no surface.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Background {
     /// The environment.

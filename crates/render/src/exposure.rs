@@ -34,7 +34,7 @@ const UNSCALED_STOPS: f64 = 2.0;
 /// The shares of dark surfaces between which the faint studio becomes the whole one.
 const UNLIT_SHARES: [f32; 2] = [0.5, 0.85];
 
-/// How the exposure of a picture is found.
+/// The exposure of a picture: in stops, metered, or from the scene.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Exposure {
     /// As [`Self::of_scene`] says.
@@ -96,7 +96,7 @@ impl Exposure {
 /// A text is no exposure.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error(
-    "`{0}` is no exposure: expected stops from -64 to 64, scene, auto, or auto with stops such as auto+1 or auto-0.5"
+    "`{0}` is not an exposure: expected stops from -64 to 64, scene, auto, or auto with stops such as auto+1 or auto-0.5"
 )]
 #[non_exhaustive]
 pub struct ExposureError(String);
@@ -122,7 +122,7 @@ impl FromStr for Exposure {
     }
 }
 
-/// A metered exposure: what [`crate::Renderer::meter`] found.
+/// The result of metering by [`crate::Renderer::meter`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize)]
 pub struct Metering {
     /// The log-average luminance of the surfaces, in the unit of radiance (Rec. 709 weights). Pixels count by their

@@ -311,7 +311,7 @@ impl FisheyeFaces {
     }
 }
 
-/// The cube of views that a fisheye picture is resampled from, and how finely.
+/// The cube of views from which a fisheye picture is resampled, and its resolution.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FisheyeInfo {
     /// Each of them.
@@ -320,7 +320,7 @@ pub struct FisheyeInfo {
     pub ray_px: f64,
 }
 
-/// One of the views that a fisheye picture is put together from.
+/// One view of the cube from which a fisheye picture is resampled.
 #[derive(Clone, Debug, PartialEq, Serialize)]
 pub struct FisheyeView {
     /// `front`, `right`, `left`, `up` or `down`.

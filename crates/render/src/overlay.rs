@@ -30,7 +30,7 @@ const QUADS_MAX: usize = 200_000;
 /// Quads in a row of their table; `overlay.wgsl` has the same number.
 const QUADS_A_ROW: u32 = 256;
 
-/// Why an overlay cannot be drawn.
+/// The error of an overlay that cannot be drawn.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum OverlayError {

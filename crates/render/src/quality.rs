@@ -9,7 +9,7 @@ use crate::setting::{SettingsError, choices};
 use crate::settings::Settings;
 
 choices! {
-    /// A tier of quality, from low to ultra. Each is a table of settings.
+    /// A quality tier, from low to ultra. Each is a table of settings.
     pub enum Quality {
         /// Fewer pixels are shaded, surfaces neither occlude nor reflect each other, shadows have hard edges, and what is
         /// seen small is drawn with less.

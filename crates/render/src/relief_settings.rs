@@ -5,13 +5,13 @@ use crate::setting::{rounded_up, settings};
 settings! {
     /// Settings of relief from height maps.
     pub struct ReliefSettings {
-        /// Parallax mapping by steps (`steep`, `occlusion`) divides the depth of a height map into this many layers at
-        /// least: where it is seen from above, and where texels are large. Rounded up to 1, 4, 8, 16, 32, 64, 128 or 256,
-        /// so that a slider makes few pipelines.
+        /// The fewest layers of a height map in parallax mapping by steps (`steep`, `occlusion`). They are used seen
+        /// from above, and where texels are large. Rounded up to 1, 4, 8, 16, 32, 64, 128 or 256, to limit the number
+        /// of pipelines.
         steps_min: u32 = 8, in 1..=256;
-        /// And into this many at most, where the line of sight passes over many texels; 0 for 32 with `steep` and 128
-        /// with `occlusion`. What is less than `relief.steps_min` counts as that. Rounded up to 0, 4, 16, 32, 64, 128, 256
-        /// or 1024, so that a slider makes few pipelines.
+        /// The most layers, used where the line of sight crosses many texels; 0 for 32 with `steep` and 128 with
+        /// `occlusion`. Less than `relief.steps_min` counts as that. Rounded up to 0, 4, 16, 32, 64, 128, 256 or 1024,
+        /// to limit the number of pipelines.
         steps_max: u32 = 0, in 0..=1024;
     }
 }

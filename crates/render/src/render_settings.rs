@@ -3,16 +3,16 @@
 use crate::setting::{choices, settings};
 
 choices! {
-    /// Where shading happens.
+    /// The shading path: where opaque surfaces are shaded.
     pub enum Path {
-        /// Opaque surfaces into the G-buffer, light afterwards.
+        /// Deferred shading: surfaces go into the G-buffer, and light is added afterwards.
         #[default]
         Deferred = "deferred",
-        /// Every surface where it is drawn.
+        /// Forward shading: every surface is shaded where it is drawn.
         Forward = "forward",
-        /// Every surface where it is drawn, and again for each eight of the lights that reach it.
+        /// Forward shading that draws every surface again for each eight lights that reach it.
         ForwardBatched = "forward-batched",
-        /// Every surface where it is drawn, with light computed at its vertices.
+        /// Gouraud shading: forward, with light computed at vertices.
         Gouraud = "gouraud",
     }
 }
@@ -20,9 +20,9 @@ choices! {
 settings! {
     /// Settings of the frame as a whole.
     pub struct RenderSettings {
-        /// Where shading happens: after opaque surfaces are in the G-buffer, or where each surface is drawn.
+        /// Where opaque surfaces are shaded: from the G-buffer (`deferred`), or where they are drawn (forward).
         path: Path = Path::Deferred;
-        /// Shading happens at this many times the output's width and height, each rounded to whole pixels; the output
+        /// The factor from the output's width and height to those of shading, each rounded to whole pixels. The output
         /// keeps its size.
         scale: f32 = 1.0, in 0.25..=2.0, unit "factor";
     }

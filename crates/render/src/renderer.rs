@@ -135,8 +135,8 @@ impl Renderer {
         &self.gpu
     }
 
-    /// Uploads what `scene` has that is not on the device yet, and gives back what it no longer has. Every frame does
-    /// this first; whoever wants to know how long it takes, or what was left out ([`Self::warnings`]), calls it before.
+    /// Uploads new resources of `scene`, and frees those that it no longer has. Every frame does this first. Call it
+    /// before a frame to measure it, or to learn what was left out ([`Self::warnings`]).
     ///
     /// # Errors
     /// The scene does not fit the device's memory, or the device was lost.
@@ -147,8 +147,8 @@ impl Renderer {
         Ok(self.gpu.check()?)
     }
 
-    /// Says of the setting `textures.max_px` before [`Self::load`], which knows no settings: what is larger is halved as it
-    /// is uploaded. Frames bring it along; where theirs is another one, all textures are uploaded again.
+    /// Sets `textures.max_px` before [`Self::load`], which has no settings: larger textures are halved during the upload.
+    /// Frames bring their own value; a different one uploads all textures again.
     pub fn limit_textures(&mut self, max_px: u32) {
         self.resources.limit_textures(max_px);
     }
@@ -164,7 +164,7 @@ impl Renderer {
         followed.written_bytes
     }
 
-    /// Gives back all that the scene takes on the device, for whoever has to read the next scene first.
+    /// Frees all resources of the scene on the device, such as before the next scene is read.
     pub fn unload(&mut self) {
         self.forget_variables();
         self.cut();
@@ -181,7 +181,7 @@ impl Renderer {
         self.gpu.wait();
     }
 
-    /// Gives back what the variables of the last picture were read from; they cannot be read any more.
+    /// Frees the textures from which AOVs of the last picture are read; they cannot be read any more.
     pub fn forget_variables(&mut self) {
         self.forget_variables_of(|_| true);
     }
@@ -201,19 +201,19 @@ impl Renderer {
         self.resources.bytes() + self.simulations.bytes()
     }
 
-    /// Of the last frame the nodes of the lights for whose shadow maps there was no room, so that they shone through
-    /// everything. None in stills, where lights take turns.
+    /// The nodes of lights without room for their shadow maps in the last frame, which cast no shadow. None in stills,
+    /// where shadow maps are spread over samples.
     pub fn lights_without_shadows(&self) -> &[NodeId] {
         &self.shadows.beyond
     }
 
-    /// Of the last frame the nodes of the lights whose shadow maps were less than half as fine as the picture asks for,
-    /// because the atlas was full.
+    /// The nodes of lights whose shadow maps in the last frame had less than half of the picture's resolution, because
+    /// the atlas was full.
     pub fn starved_lights(&self) -> &[NodeId] {
         &self.shadows.starved
     }
 
-    /// Milliseconds in which decoding images held up the upload of the scene.
+    /// Milliseconds for which the upload of the scene waited for images to be decoded.
     pub fn decode_ms(&self) -> f64 {
         self.resources.textures.decode_ms
     }
@@ -223,19 +223,18 @@ impl Renderer {
         self.drawing.shaders.compile_ms()
     }
 
-    /// Numbers of the last frame.
+    /// Statistics of the last frame.
     pub fn stats(&self) -> FrameStats {
         self.stats.clone()
     }
 
-    /// From now on a frame whose textures would take more than so many bytes beyond those that the renderer holds
-    /// already is refused with [`RenderError::Memory`] before it is drawn; without a number none is.
+    /// Sets the memory budget: a frame whose textures would take more additional bytes than this is refused with
+    /// [`RenderError::Memory`] before it is drawn. `None` refuses no frame.
     pub fn set_memory_budget(&mut self, bytes: Option<u64>) {
         self.memory_budget_bytes = bytes;
     }
 
-    /// Where what is dear to make of scenes from now on is looked for, and kept: what surfaces reflect of a picture of
-    /// the environment.
+    /// Sets the cache for costly results, such as prefiltered environment maps.
     pub fn set_cache(&mut self, cache: Option<Arc<dyn Cache>>) {
         self.cache = cache;
     }

@@ -29,7 +29,7 @@ use manypass_scene::{Framing, Overlay, Scene};
 use std::cell::LazyCell;
 use std::sync::Arc;
 
-/// What a frame is asked for: size, camera, samples, settings, effects, AOVs. Everything but the scene.
+/// A request for a frame: size, camera, samples, settings, effects, AOVs. Everything but the scene.
 ///
 /// Start from [`Self::of_scene`] or [`Self::new`] and change what differs. Later versions may add fields, so a literal
 /// ends with a base. (The type is not `#[non_exhaustive]`, which would forbid that form.)
@@ -113,7 +113,7 @@ pub struct FrameRequest {
     pub overlay: Arc<Overlay>,
 }
 
-/// What is averaged over the samples of a picture, and so what can be read of it. The picture of a single sample is the
+/// The averages over the samples of a picture that can be read afterwards. The picture of a single sample is the
 /// same whatever is averaged; its radiance is kept unless this is [`Self::Display`].
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Averaging {
@@ -187,7 +187,7 @@ impl FrameRequest {
         self.settings.transparency.mode == TransparencyMode::Stochastic
     }
 
-    /// The radius in pixels of the circle that a fisheye shows; none if the picture is not that of one.
+    /// The radius in pixels of the image circle of a fisheye; none for other projections.
     pub fn fisheye_radius_px(&self) -> Option<f64> {
         FisheyeLens::new(&self.settings.camera, (self.width, self.height)).map(|lens| lens.radius_px)
     }
@@ -214,8 +214,8 @@ impl FrameRequest {
         self.resolves_over_time() || self.want_aovs.contains(&Aov::Motion) || is_read()
     }
 
-    /// Whether pictures are anti-aliased by those before them (`taa.enabled`): those of a live view, and those of one
-    /// sample. The former's later samples are not; their mean is smooth by itself.
+    /// Whether pictures have temporal anti-aliasing (`taa.enabled`): those of live views, and those of one sample. Later
+    /// samples of a live view do not; their mean is smooth without it.
     pub fn is_temporal(&self) -> bool {
         let is_asked = self.settings.taa.enabled && self.settings.effects.enabled;
         is_asked && (self.goes_on || self.sample_count <= 1)
@@ -264,8 +264,8 @@ impl FrameRequest {
             .with_scene_defaults(&LazyCell::new(|| SceneDefaults::of(scene)))
     }
 
-    /// The same with settings that are left to the scene as they are for `scene`, and those that are left to others as
-    /// these allow.
+    /// The same request with settings resolved: those that are left to the scene, and those that depend on other
+    /// settings.
     pub fn resolved(&self, scene: &Scene) -> Self {
         self.resolved_by(&LazyCell::new(|| SceneDefaults::of(scene)))
     }
@@ -329,7 +329,7 @@ impl FrameRequest {
         self
     }
 
-    /// The same with other settings.
+    /// The same request with changed settings.
     pub fn with(&self, change: impl FnOnce(&mut Settings)) -> Self {
         let mut request = self.clone();
         change(&mut request.settings);

@@ -5,7 +5,7 @@ use crate::setting::choices;
 use manypass_graph::TextureDesc;
 
 choices! {
-    /// At which size a pass works.
+    /// The size at which a pass works, relative to the picture.
     pub enum Resolution {
         /// A texel for each pixel.
         Full = "full",

@@ -32,7 +32,7 @@ use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::fmt::{self, Display, Formatter};
 
-/// A setting was refused.
+/// The error of a setting that was refused.
 #[derive(Clone, Debug, thiserror::Error, PartialEq)]
 #[non_exhaustive]
 pub enum SettingsError {
@@ -45,7 +45,7 @@ pub enum SettingsError {
         nearest: Option<String>,
     },
     /// The value has another type or lies outside its range.
-    #[error("`{value}` is no value of `{key}`, which takes {expected}")]
+    #[error("`{value}` is not a value of `{key}`, which takes {expected}")]
     BadValue {
         /// The key.
         key: String,

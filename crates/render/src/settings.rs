@@ -246,7 +246,7 @@ mod tests {
             let default = info.default.as_ref().unwrap().to_string();
             assert!(json(&[(row.name, &*other), (row.older, &*default)]) == now, "{row}: today's name counts");
             let error = older.set(row.older, "many").unwrap_err().to_string();
-            assert!(error.starts_with(&format!("`many` is no value of `{}`", row.name)), "{error}");
+            assert!(error.starts_with(&format!("`many` is not a value of `{}`", row.name)), "{error}");
         }
     }
 
@@ -285,7 +285,7 @@ mod tests {
         let mut settings = Settings::default();
         for number in ["3", "2", "0", "8", "1.5", "four"] {
             let error = settings.set("msaa.samples", number).unwrap_err().to_string();
-            assert_eq!(error, format!("`{number}` is no value of `msaa.samples`, which takes 1 or 4"));
+            assert_eq!(error, format!("`{number}` is not a value of `msaa.samples`, which takes 1 or 4"));
         }
         settings.set("msaa.samples", "4").unwrap();
         for path in Path::NAMES {
@@ -328,15 +328,18 @@ mod tests {
             ),
             (
                 "\n[render]\n  scale = 9",
-                "my.toml:3:11: error: `9` is no value of `render.scale`, which takes a number from",
+                "my.toml:3:11: error: `9` is not a value of `render.scale`, which takes a number from",
             ),
             ("scale = 1", "my.toml:1:1: error: no setting is called `scale`; did you mean `render.scale`?"),
-            ("[render]\nscale = [1, 2]", "my.toml:2:9: error: `[1,2]` is no value of `render.scale`"),
-            ("[render]\nscale = 1979-05-27", "my.toml:2:9: error: `1979-05-27` is no value of"),
+            ("[render]\nscale = [1, 2]", "my.toml:2:9: error: `[1,2]` is not a value of `render.scale`"),
+            ("[render]\nscale = 1979-05-27", "my.toml:2:9: error: `1979-05-27` is not a value of"),
             ("[tone_map]\ndither = 1\n[render]\nscale = ", "my.toml:4:"),
             ("[clusters]\nslices = 4\nslices = 5", "my.toml:3:"),
-            ("[clusters]\ntile_px = 1\nslices = 99", "my.toml:2:11: error: `1` is no value"),
-            ("[render]\npath = \"foward\"", "my.toml:2:8: error: `foward` is no value of `render.path`, which takes"),
+            ("[clusters]\ntile_px = 1\nslices = 99", "my.toml:2:11: error: `1` is not a value"),
+            (
+                "[render]\npath = \"foward\"",
+                "my.toml:2:8: error: `foward` is not a value of `render.path`, which takes",
+            ),
         ] {
             let error = read(text).unwrap_err();
             assert!(error.starts_with(expected), "{text}\n{error}\nshould begin {expected}");

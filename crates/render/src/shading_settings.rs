@@ -1,9 +1,9 @@
-//! Settings of how surfaces reflect the light of lamps.
+//! Settings of how surfaces reflect light.
 
 use crate::setting::{choices, settings};
 
 choices! {
-    /// How surfaces reflect the light of lamps.
+    /// The specular model for lamps.
     pub enum ReflectanceModel {
         /// GGX, as glTF asks.
         #[default]
@@ -18,17 +18,17 @@ choices! {
 settings! {
     /// Settings of how surfaces reflect light.
     pub struct ShadingSettings {
-        /// How surfaces reflect the light of lamps: the physically based model, or for comparison Phong's or
-        /// Blinn–Phong's lobe with the exponent of the same roughness (docs/lighting.md). Light from the environment is
-        /// the same under all.
+        /// The specular model for lamps: GGX (`pbr`), or for comparison the lobe of Phong or Blinn–Phong. Their
+        /// exponent follows from the roughness (docs/lighting.md). Light from the environment is the same for all
+        /// models.
         model: ReflectanceModel = ReflectanceModel::Pbr;
-        /// The exponent of Phong's and of Blinn–Phong's lobe: the larger, the smaller and brighter the highlight. 0 takes
+        /// The exponent of the Phong and Blinn–Phong lobes: the larger, the smaller and brighter the highlight. 0 takes
         /// that of the surface's roughness.
         shininess: u32 = 0, in 0..=10_000, unit "exponent";
-        /// What Phong's and Blinn–Phong's lobe is multiplied by; 0 leaves diffuse light alone.
+        /// Multiplies the Phong and Blinn–Phong lobes; 0 leaves only diffuse light.
         specular_strength: f32 = 1.0, in 0.0..=16.0, unit "factor";
-        /// The share of what surfaces mirror of the environment and of each other that is shown; what it lacks of 1 is
-        /// diffuse light instead. Materials with layers mirror all.
+        /// The share of specular reflections that is shown, of the environment and of other surfaces. The rest is
+        /// diffuse light. Materials with layers show all reflections.
         reflectivity: f32 = 1.0, in 0.0..=1.0, unit "share";
     }
 }

@@ -237,9 +237,9 @@ mod tests {
                 "[environment]\ncolour = \"ff0000\"",
                 "3:1: error: no setting is called `environment.colour`; did you mean `environment.color`?",
             ),
-            ("[fog]\nmode = \"thick\"", "3:8: error: `thick` is no value of `fog.mode`, which takes none, linear"),
+            ("[fog]\nmode = \"thick\"", "3:8: error: `thick` is not a value of `fog.mode`, which takes none, linear"),
             ("[fog]\ndensity_per_m = nan", "3:17: error:"),
-            ("[fog]\ndensity_per_m = -1", "3:17: error: `-1` is no value of `fog.density_per_m`"),
+            ("[fog]\ndensity_per_m = -1", "3:17: error: `-1` is not a value of `fog.density_per_m`"),
             ("[fog]\nstart_m = inf", "3:11: error:"),
             (
                 "[settings.tone_map]\ncurv = \"aces\"",

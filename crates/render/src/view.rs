@@ -136,7 +136,7 @@ impl View {
         Self::framing(&Framing::of_scene(scene), aspect)
     }
 
-    /// All that is framed, as [`Framing::automatic`] sees it, in a picture whose width is `aspect` times its height.
+    /// The camera that frames all of `framing`, as [`Framing::automatic`] does. `aspect` is the picture's width / height.
     pub fn framing(framing: &Framing, aspect: f32) -> Self {
         let (world_from_view, projection) = framing.automatic(aspect);
         Self { world_from_view, projection }
@@ -175,7 +175,7 @@ impl View {
         0.5 * height / (half_extent.y * if self.is_orthographic() { 1.0 } else { distance_m })
     }
 
-    /// Whether the rays are parallel.
+    /// Whether the projection is orthographic.
     pub fn is_orthographic(&self) -> bool {
         matches!(self.projection, Projection::Orthographic { .. })
     }

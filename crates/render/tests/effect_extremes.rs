@@ -311,7 +311,7 @@ const MISUSES: [(&str, &str, Record); 29] = [
         second.draw(move |context| assert!(context.view(read).is_none()));
         Ok(target)
     }),
-    ("returns another shape", "what it returns is", |r, radiance| {
+    ("returns another shape", "it returns", |r, radiance| {
         let desc = TextureDesc::new_2d(8, 8, wgpu::TextureFormat::R8Unorm);
         let texture = r.texture_of("small", desc);
         let target = pass(r, &[&radiance], texture, CLEAR);

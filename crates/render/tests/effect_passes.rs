@@ -420,20 +420,20 @@ fn wrong_lists_of_passes_are_errors_that_say_where() {
     for (source, expected) in [
         (format!("{a}{b}"), "mine.wgsl:2:14: error: an effect of 2 passes says in its header"),
         (format!("{a}{b}"), "`//! passes: fs_a -> TEXTURE, fs_b`"),
-        (format!("//! passes: fs_a\n{a}{b}"), "`fs_b` is no pass of the line"),
+        (format!("//! passes: fs_a\n{a}{b}"), "`fs_b` is not a pass of the line"),
         (format!("//! passes: fs_a -> wide, fs_c\n{a}{b}"), "there is no `@fragment` function `fs_c`"),
         (format!("//! passes: fs_a -> wide, fs_b\n{a}{b}"), "no later pass reads `wide`"),
         (format!("//! passes: fs_b -> wide, fs_a\n{a}{reads_wide}"), "`fs_b` reads `wide`, which no pass before"),
         (
             format!("//! passes: fs_a -> wide, fs_c -> wide x many, fs_b\n{a}{goes_on}{reads_wide}"),
-            "`many` is no number of rounds",
+            "`many` is not a number of rounds",
         ),
         (
             format!(
                 "//! passes: fs_a -> wide, fs_c -> wide x many, fs_b\n// = 3 in 1..\n@group(2) @binding(0) var<uniform> many: u32;\n\
                  {a}{goes_on}{reads_wide}"
             ),
-            "`many` is no number of rounds",
+            "`many` is not a number of rounds",
         ),
         (format!("//! passes: fs_a -> wide, fs_b\n{a}{}", main("fs_b", &load("wider"))), "`wider`"),
         (format!("//! reads: display, radiance\n{}", main("fs", &load("display"))), "cannot read `radiance`"),

@@ -99,7 +99,7 @@ fn a_wrong_effect_is_an_error_that_says_where() {
     let main = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f {";
     for (source, expected) in [
         ("", "mine.wgsl:1:1: error: an effect has an entry point"),
-        ("this is no WGSL", "mine.wgsl:1:1"),
+        ("this is not WGSL", "mine.wgsl:1:1"),
         (&format!("{main}\n\n    return radianc_at(vec2i(p.xy)); }}"), "mine.wgsl:3:12"),
         (&format!("{main}\n    return vec3f(1.0); }}"), "mine.wgsl:2"),
         (&format!("{main} loop {{ }} }}"), "mine.wgsl"),
@@ -242,7 +242,7 @@ fn members_of_uniforms_are_settings_with_defaults_and_ranges() {
         (
             "many.color",
             "1,2,3",
-            "`1,2,3` is no value of `many.color`, which takes 3 numbers with commas between, each from 0 to 1",
+            "`1,2,3` is not a value of `many.color`, which takes 3 numbers with commas between, each from 0 to 1",
         ),
         ("many.color", "1", "3 numbers"),
         ("many.last", "1,1", "takes a number"),
@@ -307,13 +307,16 @@ fn a_wrong_default_or_header_is_refused_with_its_place() {
         format!("struct U {{\n    {default}\n    x: f32,\n}}\n@group(2) @binding(0) var<uniform> u: U;\n{main}")
     };
     for (source, expected) in [
-        (of_default("// = half"), "a.wgsl:2:10: error: `half` is no value of `x`, which takes a number"),
-        (of_default("// = 2 in 0..1"), "a.wgsl:2:10: error: `2` is no value of `x`, which takes a number from 0 to 1"),
-        (of_default("// = 1 in 0-1"), "`0-1` is no range"),
-        (of_default("// = 1 in 0..=1"), "`0..=1` is no range"),
+        (of_default("// = half"), "a.wgsl:2:10: error: `half` is not a value of `x`, which takes a number"),
+        (
+            of_default("// = 2 in 0..1"),
+            "a.wgsl:2:10: error: `2` is not a value of `x`, which takes a number from 0 to 1",
+        ),
+        (of_default("// = 1 in 0-1"), "`0-1` is not a range"),
+        (of_default("// = 1 in 0..=1"), "`0..=1` is not a range"),
         (of_default("// = 1 in 2..0"), "`2..0` is an empty range"),
         (of_default("// = 1\n    // = 2"), "a.wgsl:3:5: error: a second default"),
-        (of_default("// = 1, 2"), "`1, 2` is no value"),
+        (of_default("// = 1, 2"), "`1, 2` is not a value"),
         (of_default("// ====="), ""),
         (of_default("/// Text with = signs.\n    // = -1e-3"), ""),
         (
@@ -329,7 +332,7 @@ fn a_wrong_default_or_header_is_refused_with_its_place() {
         (of_default("// = 1").replace("x: f32", "x: f32, y: mat4x4f"), ""),
         (
             of_default("// = 1").replace("x: f32", "y: mat4x4f, x: f32"),
-            "a.wgsl:2:10: error: a default stands above what",
+            "a.wgsl:2:10: error: a default stands above a member",
         ),
         (
             of_default("// = 1").replace("x: f32", "x: f32, y: array<vec4f, 99999999>"),
@@ -349,7 +352,7 @@ fn a_wrong_default_or_header_is_refused_with_its_place() {
     let file = manypass::EffectFile::parse("a.wgsl", &matrix).unwrap();
     let (setting, missing) = file.missing().unwrap();
     assert!(
-        setting.is_none() && missing.to_string().contains("`y` is a `mat4x4f`, of which no text is a value"),
+        setting.is_none() && missing.to_string().contains("`y` is a `mat4x4f`, which no setting can be"),
         "{missing}"
     );
 }

@@ -374,7 +374,7 @@ fn odd_mirrors_are_no_mirrors() {
     renderer.load(&scene).unwrap();
     let warnings = renderer.warnings();
     for what in ["is not flat", "has no mesh", "is not there"] {
-        let is_said = |warning: &String| warning.contains("mirror `odd` is none") && warning.ends_with(what);
+        let is_said = |warning: &String| warning.contains("mirror `odd` is not drawn") && warning.ends_with(what);
         assert!(warnings.iter().any(is_said), "{what}: {warnings:?}");
     }
     assert_eq!(radiance(&mut renderer, &scene, &request), before);

@@ -405,7 +405,7 @@ const LENGTHS: [(&str, u32, Given); 9] = [
 fn documented_lengths(key: &str) -> Vec<u32> {
     let info = Settings::declared().iter().find(|info| info.key == key).unwrap();
     let (_, rounded) = info.doc.split_once("ounded up to ").unwrap_or_else(|| panic!("{key}: {}", info.doc));
-    let (lengths, _) = rounded.split_once(", so that a slider makes few pipelines").unwrap();
+    let (lengths, _) = rounded.split_once(", to limit the number of pipelines").unwrap();
     lengths.split(|c: char| !c.is_ascii_digit()).filter_map(|length| length.parse().ok()).collect()
 }
 

@@ -108,7 +108,7 @@ fn what_is_no_number_in_a_scene_does_not_spread() {
         // It is told, and nothing of it is left for effects to scrub.
         let warnings = renderer.warnings();
         assert_eq!(warnings.len(), usize::from(at < 5), "case {at}: {warnings:?}");
-        assert!(warnings.iter().all(|warning| warning.contains("material 2 `") && warning.contains("no numbers")));
+        assert!(warnings.iter().all(|warning| warning.contains("material 2 `") && warning.contains("not numbers")));
         assert_eq!(renderer.count_scrubbed(&wrong, &request).unwrap(), 0, "case {at}");
     }
     // Where the body is drawn otherwise, too.

@@ -370,9 +370,9 @@ fn what_cannot_be_run_is_refused() {
     };
     for (simulation, time_secs, expected) in [
         (ripples(), 1e9, "steps lead to 1000000000 s, and 108000 are made at most"),
-        (Simulation { rate_hz: Some(0.0), ..ripples() }, 1.0, "0 steps a second are none"),
-        (Simulation { rate_hz: Some(f32::NAN), ..ripples() }, 1.0, "NaN steps a second are none"),
-        (Simulation { cells: Some((0, 4)), ..ripples() }, 1.0, "0 by 4 cells are none"),
+        (Simulation { rate_hz: Some(0.0), ..ripples() }, 1.0, "0 steps a second are not possible"),
+        (Simulation { rate_hz: Some(f32::NAN), ..ripples() }, 1.0, "NaN steps a second are not possible"),
+        (Simulation { cells: Some((0, 4)), ..ripples() }, 1.0, "0 by 4 cells are not possible"),
         (ripples().with("depth", "3"), 1.0, "depth"),
         (ripples().with("speed_m_s", "fast"), 1.0, "speed_m_s"),
         (ripples().with("speed_m_s", "-1"), 1.0, "speed_m_s"),
@@ -415,7 +415,7 @@ fn faults_of_texts_have_their_place() {
         ("//! step: f\n//! shows: f", FUNCTIONS, "a.wgsl:1:11: error: `f` is followed by `->`"),
         ("//! step: f -> a twice\n//! shows: f", FUNCTIONS, "`twice` is not understood"),
         ("//! step: f -> a x 0\n//! shows: f", FUNCTIONS, "a number of rounds from 1 to 64"),
-        ("//! step: f -> a x many\n//! shows: f", FUNCTIONS, "`many` is no number of rounds"),
+        ("//! step: f -> a x many\n//! shows: f", FUNCTIONS, "`many` is not a number of rounds"),
         ("//! step: g -> a\n//! shows: f", FUNCTIONS, "there is no function `g`"),
         ("//! step: held -> a\n//! shows: f", FUNCTIONS, "there is no function `held`"),
         ("//! step: f -> simulation\n//! shows: f", FUNCTIONS, "a state cannot be called `simulation`"),
@@ -429,7 +429,7 @@ fn faults_of_texts_have_their_place() {
         (
             "//! step: f -> a\n//! shows: f",
             "fn f(cell: vec2f) -> vec4f { return vec4f(0.0); }",
-            "is no function of a cell",
+            "is not a cell function",
         ),
         (
             "//! step: f -> a\n//! shows: f",

@@ -19,7 +19,7 @@ pub struct Skin {
     pub inverse_bind_matrices: Vec<Mat4>,
 }
 
-/// What happens between two keyframes.
+/// The interpolation between two keyframes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Interpolation {
     /// The earlier value holds.

@@ -2,8 +2,8 @@
 
 use std::fmt::Debug;
 
-/// Keeps bytes by names, as long as it likes: what is not there is made again. Names are made of letters, digits and
-/// `-`.
+/// A cache of bytes by name, which may drop entries at any time: they are computed again. Names are made of letters,
+/// digits and `-`.
 pub trait Cache: Debug + Send + Sync {
     /// What was put there under this name.
     fn get(&self, name: &str) -> Option<Vec<u8>>;

@@ -2,7 +2,7 @@
 
 use glam::Vec2;
 
-/// How a camera maps space to the picture.
+/// The projection of a camera: perspective or orthographic.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Projection {
     /// A pinhole.

@@ -252,7 +252,7 @@ impl Scene {
         }
         let (middle, half) = (0.5 * (least + most), 0.5 * (most - least));
         if !half.is_finite() || !middle.is_finite() {
-            return Err("has vertices that are no numbers");
+            return Err("has vertices that are not numbers");
         }
         if half.z > FLATNESS * half.truncate().length() {
             return Err("is not flat");

@@ -40,14 +40,14 @@ const PEAK_MAX: f32 = 1e10;
 /// The most texels of which more than [`RADIANCE_MAX`] is kept: a sun has few.
 const PEAKS_MAX: usize = 1 << 16;
 
-/// How directions lie in the texels.
+/// The mapping of directions to texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EnvironmentLayout {
     /// All directions in one picture: u = 0.5 + atan2(z, x) / 2π, v = acos(y) / π.
     Equirectangular,
 }
 
-/// A light that belongs to an environment and is in none of its texels. It is parallel, and casts shadows.
+/// A light that belongs to an environment but is not in its texels. It is parallel, and casts shadows.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct EnvironmentLight {
     /// Where it is seen, of length 1.
@@ -59,7 +59,7 @@ pub struct EnvironmentLight {
     pub half_angle_tan: f32,
 }
 
-/// Light from all directions.
+/// An environment map: light from all directions.
 #[derive(Clone, PartialEq)]
 pub struct EnvironmentMap {
     /// The file, for messages.
@@ -90,7 +90,7 @@ impl std::fmt::Debug for EnvironmentMap {
     }
 }
 
-/// Why there is no environment of a file.
+/// The error of an environment file that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("environment \"{name}\": {message}")]
 pub struct EnvironmentError {
@@ -188,7 +188,7 @@ impl EnvironmentMap {
         }
         if cut_count > 0 {
             notes.push(format!(
-                "environment \"{name}\": {cut_count} values are no radiance, or too bright; what is no number is 0"
+                "environment \"{name}\": {cut_count} values are not valid radiance, or too bright; NaN counts as 0"
             ));
         }
         Self {

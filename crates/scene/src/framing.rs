@@ -49,7 +49,7 @@ pub fn orbit_rotation(yaw_deg: f32, pitch_deg: f32, up: Vec3) -> Quat {
     Quat::from_rotation_arc(Vec3::Y, up) * turn * Quat::from_rotation_x(-pitch_deg.to_radians())
 }
 
-/// What a camera is to show whole. It is taken from a scene once and then asked for every picture.
+/// The extent that a camera is to show completely. It is taken from a scene once and then asked for every picture.
 #[derive(Clone, Debug)]
 pub struct Framing {
     bounds_world: Aabb,

@@ -76,7 +76,7 @@ const MAX_EXTENSIONS: usize = 100;
 /// The largest file that is read, the model's own or one beside it: 1 GiB.
 pub const MAX_FILE_BYTES: u64 = 1 << 30;
 
-/// A scene as read, and what is wrong with its file but does not hinder drawing.
+/// A loaded scene, with the warnings about its file.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// The scene, its transforms up to date.
@@ -85,7 +85,7 @@ pub struct Loaded {
     pub warnings: Vec<String>,
 }
 
-/// Why a file cannot be read.
+/// The error of a file that cannot be read.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum LoadError {

@@ -15,7 +15,7 @@ use crate::simulation::SimulatedImage;
 use std::io::Cursor;
 use std::sync::Arc;
 
-/// Where an image's texels come from.
+/// The source of an image's texels.
 #[derive(Clone, Debug)]
 pub enum ImageSource {
     /// A PNG, JPEG, WebP or KTX2 file, or of light that was baked a Radiance or OpenEXR file, whole.
@@ -141,7 +141,7 @@ pub struct Image {
     pub source: ImageSource,
 }
 
-/// What happens beyond the edge of an image.
+/// The wrap mode of texture coordinates beyond the edge of an image.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Wrap {
     /// The image repeats.
@@ -153,7 +153,7 @@ pub enum Wrap {
     ClampToEdge,
 }
 
-/// How texels are looked up and filtered.
+/// The wrap and filter modes of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Sampler {
     /// Beyond the edge in u.

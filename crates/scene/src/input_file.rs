@@ -28,7 +28,7 @@ pub enum InputError {
     #[error("it is larger than {mib} MiB", mib = .0 >> 20)]
     TooLarge(u64),
     /// Bytes that are no text.
-    #[error("it is no text in UTF-8")]
+    #[error("it is not UTF-8 text")]
     NoText,
     /// Nothing came out of a pipe.
     #[error("nothing came out of the pipe for {} s", SILENCE_MAX.as_secs())]

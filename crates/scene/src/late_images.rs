@@ -9,7 +9,7 @@ use std::sync::Arc;
 /// [`ImageSource::Loading`].
 pub const ON_ITS_WAY: &str = "the file is on its way";
 
-/// The images of a scene that are still to come. Whatever their number, each is put in its place without looking at the
+/// The images of a scene that are still loading. Whatever their number, each is put in its place without looking at the
 /// others.
 #[derive(Clone, Debug, Default)]
 pub struct LateImages {

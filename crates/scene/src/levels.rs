@@ -2,7 +2,7 @@
 
 use crate::{NodeId, Scene};
 
-/// What takes the place of a node, or of a material, where it is seen small (`MSFT_lod`).
+/// The levels of detail of a node or of a material (`MSFT_lod`).
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Levels<T> {
     /// Finer ones first; level 0 is the node or the material itself, and is none of them.
@@ -39,7 +39,7 @@ impl<T> Levels<T> {
     }
 }
 
-/// Which level of a node something is drawn for: a node with levels, and 0 for what is below that node itself.
+/// A level of a node with levels of detail; 0 is the node itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct LevelOf {
     /// The node with levels.

@@ -1,9 +1,9 @@
-//! What Manypass draws.
+//! Scenes that Manypass draws, and the readers of their files.
 //!
 //! A [`Scene`] is one arena of nodes together with the meshes, materials, images, lights, cameras, skins and animations
 //! that the nodes refer to by index. This crate knows no GPU: it reads glTF ([`gltf_file`]), other formats
 //! ([`formats`]) and stages ([`stage`]), builds procedural geometry ([`primitives`]), evaluates animations
-//! ([`animation`]) and answers questions about space ([`bounds`]).
+//! ([`animation`]) and computes bounds ([`bounds`]).
 //!
 //! Readers that not every program needs are cargo features, all on by default: `draco`, `exr`, `formats`, `ktx2`,
 //! `meshopt`, `simplify`, `text`. Without one, what it would read is an error or a warning that names it.

@@ -11,7 +11,7 @@ pub const RANGE_MIN_M: f64 = 1e-6;
 /// The narrowest cone of a spot, from its axis, in radians: 32 bits do not tell the cosines of narrower ones apart.
 pub const CONE_MIN_RAD: f32 = 1e-3;
 
-/// The shape of a light's emission.
+/// The kind of a light: point, spot or directional.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum LightKind {
     /// Parallel light; intensity is illuminance in lux.
@@ -27,7 +27,7 @@ pub enum LightKind {
     },
 }
 
-/// Who adds up the light of a lamp and what surfaces send back of it: a baker beforehand, or frames.
+/// The mode of a light: its direct and indirect light is baked, or computed in frames.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LightMode {
     /// Frames add it, and bakers leave it out: it may move and change.

@@ -49,7 +49,7 @@ pub struct TextureRef {
     pub transform: TextureTransform,
 }
 
-/// What alpha means.
+/// The alpha mode: opaque, masked or blended.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum AlphaMode {
     /// Nothing: the surface is opaque.
@@ -63,7 +63,7 @@ pub enum AlphaMode {
     Blend,
 }
 
-/// How light is turned into radiance.
+/// The shading model of a material.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShadingModel {
     /// GGX and diffuse, lit.

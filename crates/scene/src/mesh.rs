@@ -3,7 +3,7 @@
 use crate::Aabb;
 use glam::Vec3;
 
-/// What the indices (or, without indices, the vertices in order) form.
+/// The topology of a primitive: what its indices, or its vertices in order, form.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Topology {
     /// Every vertex is a point; the renderer draws a small disc.
@@ -26,7 +26,7 @@ pub struct MorphTarget {
     pub tangents: Vec<[f32; 3]>,
 }
 
-/// Other triangles between the vertices of a primitive, which show it where it is seen small.
+/// A level of detail of a primitive: other triangles between its vertices.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct PrimitiveLevel {
     /// Indices into the vertices of the primitive, three a triangle.
@@ -107,7 +107,7 @@ impl Default for Aabb {
     }
 }
 
-/// What one node draws.
+/// A mesh: the primitives that a node draws.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mesh {
     /// The name in the file; empty if it has none.

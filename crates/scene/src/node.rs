@@ -16,11 +16,11 @@ use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, Scene
 use glam::{Mat4, Quat, Vec3};
 use std::sync::{Arc, Weak};
 
-/// A node's place in [`Scene::nodes`].
+/// The index of a node in [`Scene::nodes`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct NodeId(pub u32);
 
-/// A place in the scene, and what is there.
+/// A node: a transform in the scene, with what it holds.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Node {
     /// The name in the file; empty if it has none.
@@ -67,7 +67,7 @@ pub struct Node {
     pub placed: Placed,
 }
 
-/// What [`Scene::update_transforms`] compares a node with, to find out whether it has moved.
+/// The state of a node at the last [`Scene::update_transforms`], to find out whether it has moved.
 #[derive(Clone, Debug, Default)]
 pub struct Placed(Option<Place>);
 
@@ -152,7 +152,7 @@ impl Node {
     }
 }
 
-/// Everything that can be drawn.
+/// A scene: everything that can be drawn.
 ///
 /// All of it may be changed between two frames. Whoever draws the scene finds out what is new: values are compared,
 /// meshes and the texels of images by their place in memory, which [`Arc::make_mut`] changes. Call

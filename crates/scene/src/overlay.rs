@@ -30,7 +30,7 @@ use std::sync::Arc;
 /// The most items of an overlay that are monitors.
 pub const OVERLAY_MONITORS_MAX: usize = 64;
 
-/// Everything that is drawn over a picture.
+/// The overlay: text, sprites, monitors and lines over a picture.
 #[derive(Clone, Debug, Default)]
 pub struct Overlay {
     /// In the order in which they are drawn.
@@ -51,7 +51,7 @@ impl Overlay {
     }
 }
 
-/// Something that is drawn over the picture.
+/// An item of the overlay.
 #[derive(Clone, Debug)]
 pub struct OverlayItem {
     /// What it is.

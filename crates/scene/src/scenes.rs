@@ -15,7 +15,7 @@ pub struct SceneRoots {
     pub roots: Vec<NodeId>,
 }
 
-/// Why a scene cannot be shown.
+/// The error of a scene that cannot be shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum ShowError {
     /// The file has no such scene.

@@ -36,7 +36,7 @@ const EYE_KM: f64 = 0.002;
 const DIRECTIONS: usize = 25;
 const STEPS: u32 = 40;
 
-/// What a sky is computed from.
+/// The parameters of a procedural sky.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sky {
     /// The angle of the sun above the horizon, in degrees; below 0 it has set.

@@ -12,7 +12,7 @@
 //! stage.apply(&mut scene)?;
 //! assert_eq!(scene.lights[0].intensity, 40.0);
 //! let error = Stage::parse("lamp.stage.toml", "model = 5").unwrap_err().to_string();
-//! assert!(error.starts_with("lamp.stage.toml:1:9: error: `5` is no value of `model`"));
+//! assert!(error.starts_with("lamp.stage.toml:1:9: error: `5` is not a value of `model`"));
 //! # Ok::<(), Box<manypass_scene::Diagnostic>>(())
 //! ```
 

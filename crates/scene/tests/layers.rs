@@ -156,7 +156,7 @@ fn directions_of_baked_light_lie_as_the_light_or_are_left_out() {
     ] {
         let (light_map, warnings) = read_with(light, direction.clone());
         assert_eq!((light_map.direction, light_map.light.texture.map(|of| of.texture)), (None, Some(1)));
-        let is_told = matches!(&warnings[..], [one] if one.contains("normal maps leave the light as it is"));
+        let is_told = matches!(&warnings[..], [one] if one.contains("normal maps do not change baked light"));
         assert!(is_told, "{direction}: {warnings:?}");
     }
 }

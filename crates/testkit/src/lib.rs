@@ -6,7 +6,8 @@
 //! it long. [`shadow_edges`] knows where shadows of simple things end. [`scenes`] gives small scenes to both renderer
 //! and ray caster, [`build`] puts others together, and [`ktx2`] containers; [`data_uri()`] puts them into a file's
 //! text. [`growth`] writes files with very many things; [`pages`] has the
-//! commands and the code that the docs show. This crate knows no GPU.
+//! commands and the code that the docs show; [`sentences`] says how long and how plain a text's are. This crate knows no
+//! GPU.
 
 pub mod build;
 pub mod compare;
@@ -18,6 +19,7 @@ pub mod pages;
 pub mod radiance_file;
 pub mod raycast;
 pub mod scenes;
+pub mod sentences;
 pub mod shadow_edges;
 
 pub use data_uri::data_uri;

@@ -152,7 +152,7 @@ async function openFiles(files) {
   const main = files.find((file) => isStage(file.name)) ?? files.find((file) => /\.(glb|gltf|obj|stl|ply|3mf)$/i.test(file.name));
   const beside = files.filter((file) => /\.(hdr|exr|wgsl|cube)$/i.test(file.name));
   if (!main && !beside.length) {
-    throw new Error("Choose a model (.glb, .obj, .stl, .ply, .3mf), a .gltf together with its other files, a .stage.toml together with its model, an environment (.hdr, .exr), an effect (.wgsl) or a table of colours (.cube).");
+    throw new Error("Choose a model (.glb, .obj, .stl, .ply, .3mf), a .gltf together with its other files, a .stage.toml together with its model, an environment (.hdr, .exr), an effect (.wgsl) or a look-up table (.cube).");
   }
   const read = async (file) => new Uint8Array(await file.arrayBuffer());
   const contents = await Promise.all(beside.map(async (file) => [file, await read(file)]));

@@ -100,7 +100,7 @@ pub fn stage_images(bytes: &[u8]) -> Result<Vec<String>, JsError> {
 }
 
 fn parsed_stage(bytes: &[u8]) -> Result<Stage, JsError> {
-    let text = std::str::from_utf8(bytes).map_err(|_| JsError::new("the stage is no text in UTF-8"))?;
+    let text = std::str::from_utf8(bytes).map_err(|_| JsError::new("the stage is not UTF-8 text"))?;
     Stage::parse("the stage", text).map_err(|error| JsError::new(&error.to_string()))
 }
 

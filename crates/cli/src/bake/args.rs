@@ -10,89 +10,86 @@ use std::path::PathBuf;
 /// The words of `--what`.
 pub const WHAT: [&str; 7] = ["lightmap", "occlusion", "probes", "reflection", "ambient-cubes", "emission", "all"];
 
-/// What stands below the help of `bake`.
+/// The text below the help of `bake`.
 pub const EXAMPLES: &str = "Examples:
   manypass bake room.glb -o baked.glb                     light maps and occlusion, 16 texels a metre
   manypass bake room.glb -o baked.glb --density 64 --samples 1024 --bounces 5
   manypass bake room.glb -o baked.glb --lights baked      lamps are in the maps, too, and cost frames nothing
   manypass bake hall.stage.toml -o baked.glb              with the stage's lights; writes baked.stage.toml as well
-  manypass bake room.glb -o baked.glb --directional       normal maps show in the light of maps, too
+  manypass bake room.glb -o baked.glb --directional       directional light maps, in which normal maps show, too
   manypass bake room.glb -o baked.glb --environment sky.hdr
   manypass bake part.glb -o baked.glb --what occlusion    an occlusion texture, which every viewer shows
-  manypass bake room.glb -o baked.glb --what all          with probes, which light what moves among the surfaces
+  manypass bake room.glb -o baked.glb --what all          with probes, which light moving objects
   manypass bake room.glb -o baked.glb --what probes --probe-spacing 0.5
   manypass bake room.glb -o baked.glb --what emission     a room that looks lit in every viewer
   manypass render baked.glb                               draws it
 
-Surfaces that stay where they are get a second UV set and a light map (MOZ_lightmap, linear OpenEXR): the light that comes from the \
-environment, from what shines, and from other surfaces. The light that comes straight from lamps is what frames add, unless --lights says \
-otherwise. What an animation moves, skins, and glass are left out. docs/baking.md says more.
+Static surfaces get a second UV set and a light map (MOZ_lightmap, linear OpenEXR). It holds light from the environment, from \
+emissive surfaces, and indirect light. Frames add the direct light of lamps, unless --lights says otherwise. \
+Animated and skinned meshes and transmissive surfaces are left out. docs/baking.md says more.
 
-A bake that is interrupted leaves OUT.glb.part, and the same command goes on from there to the same file; after other flags, or changes of \
-the scene, it begins anew. A file that is there already and is of the same scene and flags is left as it is.";
+An interrupted bake leaves OUT.glb.part. The same command resumes it and writes the same file. With other flags or another scene it \
+starts again. An existing file of the same scene and flags stays as it is.";
 
 /// Flags of `bake`.
 #[derive(Debug, Args)]
 pub struct BakeArgs {
     /// A model (.glb, .gltf, .obj, .stl, .ply, .3mf), a .stage.toml file, `-` for standard input, or demo:NAME.
     pub input: String,
-    /// The glTF file to write, a .glb. Of a stage, of demos that have one, and with flags of the environment also
-    /// OUT.stage.toml, which frames are drawn from.
+    /// The glTF file to write, a .glb. Stages, demos that have one, and flags of the environment also write
+    /// OUT.stage.toml, from which frames are drawn.
     #[arg(short, long, value_name = "OUT.glb")]
     pub output: PathBuf,
     /// What to bake: lightmap, occlusion, probes, reflection, all of these (all), ambient-cubes, or emission; several with commas.
     ///
-    /// lightmap: the light of surfaces, as MOZ_lightmap. occlusion: how open each place is, as the occlusion texture that
-    /// every viewer of glTF reads, in place of the file's own; it also keeps reflections out of corners. probes: the light that
-    /// arrives at places of a grid, as spherical harmonics, for what moves and for surfaces without light maps; where [[probes]] of
-    /// a stage says, else all over the scene. reflection: what
-    /// is to be seen around places, which surfaces there reflect; where [[reflection_probes]] of a stage say, else around the middle of
-    /// the scene (not for all). ambient-cubes: the light of probes as six colours, which are smaller in the file and coarser. emission: in place
-    /// of light maps, what surfaces send out of all light, as the emissive texture that every viewer reads; they have no
-    /// other colour then, and lamps are baked.
+    /// lightmap: light maps of surfaces, as MOZ_lightmap. occlusion: ambient occlusion, as the occlusion texture that
+    /// every viewer of glTF reads, in place of the file's own; it also darkens reflections in corners. probes: irradiance
+    /// probes on a grid, as spherical harmonics, for moving objects and surfaces without light maps. They lie where
+    /// [[probes]] of a stage says, else all over the scene. reflection: reflection probes, where [[reflection_probes]] of
+    /// a stage says, else around the middle of the scene (not for all). ambient-cubes: irradiance probes as ambient cubes
+    /// of six colours, which are smaller in the file and coarser. emission: in place of light maps, all outgoing light of
+    /// surfaces, as the emissive texture that every viewer reads. Surfaces have no other colour then, and lamps are baked.
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_value = "lightmap,occlusion",
           value_parser = PossibleValuesParser::new(WHAT))]
     pub what: Vec<String>,
     /// Texels a metre of surface.
     #[arg(long, value_name = "N", default_value_t = LayoutSettings::default().texels_per_m)]
     pub density: f32,
-    /// How often light is sent back from one surface to others, up to 64.
+    /// The number of bounces of indirect light, up to 64.
     #[arg(long, value_name = "N", default_value_t = BakeSettings::default().bounces)]
     pub bounces: u32,
-    /// Rays from every texel for each bounce, up to 65536, four times as many from a probe, a
-    /// quarter through a texel of what is reflected: four times the number halves
-    /// the noise.
+    /// Rays from every texel for each bounce, up to 65536. A probe has four times as many, a texel of a reflection probe
+    /// a quarter. Four times the number halves the noise.
     #[arg(long, value_name = "N", default_value_t = BakeSettings::default().samples)]
     pub samples: u32,
-    /// At this distance in metres surfaces do not occlude any more, and less the nearer they are to it; inf: all occlude
-    /// alike, and in a closed room nothing is open.
+    /// The distance in metres over which occlusion fades to nothing. With inf all surfaces occlude alike, and everything
+    /// in a closed room is occluded.
     #[arg(long, value_name = "M", default_value_t = BakeSettings::default().occlusion_distance_m)]
     pub occlusion_distance: f32,
-    /// How far probes are apart, in metres, in one grid over the scene, where no stage says it [default: so far that there are
-    /// some 2,000].
+    /// The distance between probes in metres, in one grid over the scene, if no stage gives it [default: about 2,000
+    /// probes].
     #[arg(long, value_name = "M")]
     pub probe_spacing: Option<f32>,
-    /// Light maps also hold where light comes from, as one direction a texel, so that normal maps, details and bumps of
-    /// surfaces show in baked light. A second image in the file, 8-bit PNG; baking takes 24 bytes a texel more.
+    /// Bake directional light maps: one direction a texel, so that normal maps, detail maps and bumps show in baked light.
+    /// They are a second image in the file, 8-bit PNG. Baking takes 24 bytes a texel more.
     #[arg(long)]
     pub directional: bool,
-    /// Leave the noise of samples as it is.
+    /// Do not denoise.
     #[arg(long)]
     pub no_denoise: bool,
-    /// The largest width and height of a map in texels, 16 to 8192; what does not fit goes into more maps.
+    /// The largest width and height of a map in texels, 16 to 8192; surfaces that do not fit go into more maps.
     #[arg(long, value_name = "N", default_value_t = LayoutSettings::default().side_max)]
     pub side_max: u32,
-    /// Texels around each piece of surface in a map that belong to nothing else.
+    /// Padding: empty texels around each chart of a map.
     #[arg(long, value_name = "N", default_value_t = LayoutSettings::default().padding)]
     pub padding: u32,
-    /// Who adds up the light of lamps [default: what each says in the file, else mixed].
+    /// Which light of lamps is baked [default: each light's mode in the file, else mixed].
     ///
-    /// dynamic: frames alone, and nothing of it is baked; mixed: frames add what comes straight from a lamp, with its
-    /// highlights and shadows, and maps hold what surfaces send back of it; baked: all of it is in maps and probes, and only
-    /// surfaces with those have it.
+    /// dynamic: none; frames compute all of it. mixed: indirect light; frames add direct light with highlights and
+    /// shadows. baked: all of it is in light maps and probes, and only surfaces with those have it.
     #[arg(long, value_name = "MODE", value_parser = PossibleValuesParser::new(LightMode::NAMES))]
     pub lights: Option<String>,
-    /// How light maps are written: exr, half floats; rgbe, shared exponents, within 1 %; rgbm, PNG, plain glTF.
+    /// The encoding of light maps: exr, half floats; rgbe, shared exponents, within 1 %; rgbm, PNG, plain glTF.
     #[arg(long, value_name = "NAME", default_value = "exr", value_parser = PossibleValuesParser::new(Encoding::NAMES))]
     pub encoding: String,
     #[command(flatten)]

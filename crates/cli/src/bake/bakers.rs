@@ -46,7 +46,7 @@ impl Wanted {
             return Err(Failure::usage("as emission all lamps are baked", "leave --lights out"));
         }
         if args.directional && !is_named(&["lightmap", "all"]) {
-            let message = "--directional is of light maps, which are not baked";
+            let message = "--directional is for light maps, which are not baked";
             return Err(Failure::usage(message, "add --what lightmap, or leave --directional out"));
         }
         let has_cubes = is_named(&["ambient-cubes"]);
@@ -71,7 +71,7 @@ impl Wanted {
         let pictures = SurroundingsSettings { samples, bounces: args.bounces };
         let has_probes = has_cubes || is_named(&["probes", "all"]);
         if args.probe_spacing.is_some() && !has_probes {
-            return Err(Failure::usage("--probe-spacing is of probes, which are not baked", "add --what probes"));
+            return Err(Failure::usage("--probe-spacing is for probes, which are not baked", "add --what probes"));
         }
         Ok(Self {
             maps: (maps.light || maps.occlusion).then_some(maps),

@@ -47,7 +47,7 @@ impl Progress for Bar {
         let share = (ROUND * done).checked_div(total).unwrap_or(0);
         match stage {
             Stage::Layout => self.bar.set_message("laying out surfaces"),
-            Stage::Inside => self.bar.set_message("looking for what lies inside"),
+            Stage::Inside => self.bar.set_message("looking for texels inside of surfaces"),
             Stage::Occlusion => {
                 self.bar.set_position(ROUND * self.before_occlusion + share);
                 self.bar.set_message("occlusion");
@@ -58,7 +58,7 @@ impl Progress for Bar {
             }
             Stage::Surroundings => {
                 self.bar.set_position(ROUND * self.before_surroundings + share);
-                self.bar.set_message("what is reflected");
+                self.bar.set_message("reflection probes");
             }
             Stage::Finish => self.bar.set_message("taking out noise"),
             Stage::Direct => {

@@ -75,7 +75,7 @@ impl Live {
         let is_last = budget.rungs().last() == Some(budget.rung());
         if is_last && budget.median_ms().is_some_and(|ms| ms > f64::from(budget.budget_ms())) {
             text.push_str(
-                "  that is more than the budget, and nothing is left to go without: choose a smaller --size\n",
+                "  that is more than the budget, and this is the last rung of the quality ladder: choose a smaller --size\n",
             );
         }
         for (key, value) in budget.changed() {

@@ -90,7 +90,7 @@ fn orbit_place(text: &str) -> Result<Place, Failure> {
         _ => None,
     };
     let (yaw_deg, pitch_deg, radius_m) = parsed.ok_or_else(|| {
-        Failure::usage(format!("`{text}` is no orbit"), "write --orbit YAW,PITCH,RADIUS; RADIUS may be auto")
+        Failure::usage(format!("`{text}` is not an orbit"), "write --orbit YAW,PITCH,RADIUS; RADIUS may be auto")
     })?;
     Ok(Place::Orbit { yaw_deg, pitch_deg, radius_m })
 }

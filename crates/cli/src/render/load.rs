@@ -215,8 +215,8 @@ fn of_fisheye(args: &RenderArgs, scene: &Scene) -> Vec<String> {
         .iter()
         .any(|material| material.transmission.is_some_and(|transmission| transmission.factor > 0.0))
     {
-        let why = "what is seen through them is that of one of the views that a fisheye is put together from";
-        warnings.push(format!("borders may show in surfaces that light comes through: {why}"));
+        let why = "the background behind them comes from only one of the views of a fisheye";
+        warnings.push(format!("seams may show in transmissive surfaces: {why}"));
     }
     warnings
 }

@@ -161,7 +161,7 @@ fn what_is_wrong_with_a_command_is_found_at_its_line() {
     };
     for (line, expected) in [
         ("manypass render a.glb --sise 64x64", "--sise"),
-        ("manypass render a.glb --size 64", "`64` is no size"),
+        ("manypass render a.glb --size 64", "`64` is not a size"),
         ("manypass render a.glb --set occlusion.radius=1", "occlusion.radius"),
         ("manypass render a.glb --set occlusion.radius_m=-1", "occlusion.radius_m"),
         ("manypass render a.glb --aov depht", "depht"),

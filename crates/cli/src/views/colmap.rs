@@ -86,7 +86,7 @@ fn view(image: &Image, lenses: &Lenses) -> Result<Listed, Fault> {
     let [w, x, y, z] = image.quaternion;
     let length = DVec3::new(x, y, z).length().hypot(w);
     if !(length.is_finite() && length > 1e-9) {
-        let message = format!("the quaternion {w} {x} {y} {z} is no rotation");
+        let message = format!("the quaternion {w} {x} {y} {z} is not a rotation");
         return Err(Fault::new(message, "write QW QX QY QZ, a quaternion of length 1"));
     }
     let camera_from_world = DMat3::from_quat(DQuat::from_xyzw(x / length, y / length, z / length, w / length));
@@ -122,15 +122,15 @@ fn text_camera(line: &str) -> Result<(u32, Lens), Fault> {
     let words: Vec<&str> = line.split_whitespace().take(32).collect();
     let hint = "write CAMERA_ID MODEL WIDTH HEIGHT and the parameters of the model";
     let [id, model, width, height, params @ ..] = &words[..] else {
-        return Err(Fault::new("this is no camera", hint));
+        return Err(Fault::new("this is not a camera", hint));
     };
-    let id = id.parse::<u32>().map_err(|_| Fault::new(format!("`{id}` is no CAMERA_ID"), hint))?;
+    let id = id.parse::<u32>().map_err(|_| Fault::new(format!("`{id}` is not a CAMERA_ID"), hint))?;
     let known = MODELS.iter().find(|(name, ..)| name == model).copied();
     let known = known.ok_or_else(|| {
         let names: Vec<&str> = MODELS.iter().map(|(name, ..)| *name).collect();
         Fault::new(format!("unknown model of a camera `{model}`"), format!("known: {}", names.join(", ")))
     })?;
-    let number = |word: &&str| word.parse::<f64>().map_err(|_| Fault::new(format!("`{word}` is no number"), hint));
+    let number = |word: &&str| word.parse::<f64>().map_err(|_| Fault::new(format!("`{word}` is not a number"), hint));
     let size_px = [number(width)?, number(height)?];
     let params = params.iter().map(number).collect::<Result<Vec<f64>, Fault>>()?;
     Ok((id, lens(known, size_px, &params)?))
@@ -174,16 +174,16 @@ fn text_image(line: &str) -> Result<Image, Fault> {
     // Names may have spaces, but not that many.
     let words: Vec<&str> = line.split_whitespace().take(64).collect();
     let [_, qw, qx, qy, qz, tx, ty, tz, camera, name @ ..] = &words[..] else {
-        return Err(Fault::new("this is no image", hint));
+        return Err(Fault::new("this is not an image", hint));
     };
     if name.is_empty() {
         return Err(Fault::new("the image has no name", hint));
     }
-    let number = |word: &str| word.parse::<f64>().map_err(|_| Fault::new(format!("`{word}` is no number"), hint));
+    let number = |word: &str| word.parse::<f64>().map_err(|_| Fault::new(format!("`{word}` is not a number"), hint));
     Ok(Image {
         quaternion: [number(qw)?, number(qx)?, number(qy)?, number(qz)?],
         translation_m: [number(tx)?, number(ty)?, number(tz)?],
-        camera: camera.parse::<u32>().map_err(|_| Fault::new(format!("`{camera}` is no CAMERA_ID"), hint))?,
+        camera: camera.parse::<u32>().map_err(|_| Fault::new(format!("`{camera}` is not a CAMERA_ID"), hint))?,
         name: name.join(" "),
     })
 }

@@ -166,7 +166,7 @@ fn parse(path: &Path, text: &str, picture_px: (u32, u32)) -> Result<Vec<Listed>,
         Failure::new(Kind::Failed, format!("{}: {message}", path.display()), format!("{hint}; {HINT}"))
     };
     let file: Transforms = serde_json::from_str(text)
-        .map_err(|error| failed(error.to_string(), "correct it; NaN and Infinity are no numbers of JSON"))?;
+        .map_err(|error| failed(error.to_string(), "correct it; NaN and Infinity are not JSON numbers"))?;
     let Some(Frames(frames)) = &file.frames else {
         return Err(failed("it has no `frames`".into(), "add the list of frames"));
     };

@@ -241,17 +241,17 @@ fn distortion_of_colmap_is_left_out_with_a_warning() {
 fn faults_of_a_colmap_folder_have_their_line() {
     let good = "1 1 0 0 0 0 0 0 7 a.png\n\n";
     let faults = [
-        ("1 PINHOLE 640", good, "cameras.txt: line 1: this is no camera"),
+        ("1 PINHOLE 640", good, "cameras.txt: line 1: this is not a camera"),
         ("1 PINHOLE 640 480 400 320 240", good, "has 4 parameters, and here are 3"),
         ("\n1 SOAP 640 480 4 3 2", good, "cameras.txt: line 2: unknown model of a camera `SOAP`"),
-        ("1 PINHOLE 640 480 400 x 320 240", good, "`x` is no number"),
+        ("1 PINHOLE 640 480 400 x 320 240", good, "`x` is not a number"),
         ("1 PINHOLE 640 480 nan 400 320 240", good, "a focal length of NaN, 400 pixels is out of range"),
         ("1 PINHOLE 640 480 400 400 inf 240", good, "principal point is out of range"),
         (CAMERAS, "1 1 0 0 0 0 0 0 8 a.png\n", "images.txt: line 1: camera 8 of image `a.png` is not among"),
         (CAMERAS, "1 1 0 0 0 0 0 0 7\n", "the image has no name"),
-        (CAMERAS, "1 1 0 0\n", "this is no image"),
-        (CAMERAS, "1 0 0 0 0 0 0 0 7 a.png\n", "the quaternion 0 0 0 0 is no rotation"),
-        (CAMERAS, "1 nan 0 0 0 0 0 0 7 a.png\n", "is no rotation"),
+        (CAMERAS, "1 1 0 0\n", "this is not an image"),
+        (CAMERAS, "1 0 0 0 0 0 0 0 7 a.png\n", "the quaternion 0 0 0 0 is not a rotation"),
+        (CAMERAS, "1 nan 0 0 0 0 0 0 7 a.png\n", "is not a rotation"),
         (CAMERAS, "1 1 0 0 0 inf 0 0 7 a.png\n", "the camera's place"),
         (
             CAMERAS,

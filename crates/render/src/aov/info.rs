@@ -1,4 +1,4 @@
-//! What every variable means: the one place from which help, documentation and encoders take it.
+//! The description of every AOV, from which help, documentation and encoders take it.
 
 use super::Aov;
 
@@ -7,7 +7,7 @@ use super::Aov;
 pub struct AovInfo {
     /// The name on the command line, and of the layer in files.
     pub name: &'static str,
-    /// What it is.
+    /// What it holds.
     pub doc: &'static str,
     /// The names of its channels in EXR, in the order of its values.
     pub channels: &'static [&'static str],
@@ -15,13 +15,13 @@ pub struct AovInfo {
     pub unit: &'static str,
     /// The space and the axes that its values refer to.
     pub space: &'static str,
-    /// What stands where there is no surface.
+    /// Its value where there is no surface.
     pub background: &'static str,
     /// How a PNG holds it.
     pub png: PngEncoding,
 }
 
-/// How a PNG file holds a variable. All but [`PngEncoding::Srgb8`] are linear numbers, in files without a colour space.
+/// The encoding of an AOV in a PNG file. All but [`PngEncoding::Srgb8`] are linear numbers, in files without a colour space.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PngEncoding {
     /// A picture: 8 bits, the sRGB transfer function.
@@ -60,7 +60,7 @@ impl PngEncoding {
 }
 
 impl Aov {
-    /// What the variable is, and how it is written.
+    /// The description of the AOV, and how it is written.
     pub fn info(self) -> &'static AovInfo {
         match self {
             Self::BaseColor => &BASE_COLOR,
@@ -110,8 +110,8 @@ const OCCLUSION: AovInfo = AovInfo {
 
 const OCCLUSION_SCREEN: AovInfo = AovInfo {
     name: "occlusion_screen",
-    doc: "Share of the environment's light that screen-space occlusion lets through; 1 is open. By the settings \
-          `occlusion.*`, whether or not the picture has it (`occlusion.enabled`)",
+    doc: "Screen-space ambient occlusion: the share of the environment's light that is left; 1 is open. It follows \
+          `occlusion.*`, also with `occlusion.enabled=false`",
     background: "1",
     ..OCCLUSION
 };
@@ -128,7 +128,7 @@ const NORMAL: AovInfo = AovInfo {
 
 const NORMAL_VIEW: AovInfo = AovInfo {
     name: "normal_view",
-    doc: "The same normal, seen from the camera",
+    doc: "Shading normal in view space",
     space: "view: right-handed, +x right, +y up, −z ahead",
     ..NORMAL
 };
@@ -156,7 +156,7 @@ const DEPTH: AovInfo = AovInfo {
 const METALLIC: AovInfo = AovInfo { name: "metallic", doc: "Metallic; 1 is metal", ..OCCLUSION };
 
 const ROUGHNESS: AovInfo =
-    AovInfo { name: "roughness", doc: "Perceptual roughness, as glTF has it; its square is GGX's α", ..OCCLUSION };
+    AovInfo { name: "roughness", doc: "Perceptual roughness, as in glTF; its square is GGX's α", ..OCCLUSION };
 
 const EMISSION: AovInfo = AovInfo {
     name: "emission",
@@ -170,12 +170,12 @@ const EMISSION: AovInfo = AovInfo {
 
 const MOTION: AovInfo = AovInfo {
     name: "motion",
-    doc: "How far the pixel's surface has moved in the picture since the frame before (--frames, --time, --turntable): \
-          its place now less its place then",
+    doc: "Motion vector: the movement of the pixel's surface since the frame before (--frames, --time, --turntable); \
+          its position now minus its position then",
     channels: &["X", "Y"],
     unit: "pixels",
     space: "picture: +x right, +y down",
-    background: "that of what is infinitely far away, so 0 unless the camera turns",
+    background: "the motion of infinitely far points: 0 unless the camera turns",
     png: PngEncoding::Symmetric16,
 };
 
@@ -197,7 +197,7 @@ const MATERIAL_ID: AovInfo = AovInfo {
 
 const RADIANCE: AovInfo = AovInfo {
     name: "radiance",
-    doc: "The picture itself before exposure and tone curve: the average of all samples, with blended surfaces, effects \
+    doc: "The picture before exposure and tone mapping: the average of all samples, with blended surfaces, effects \
           and background; associated alpha (in PNG unassociated)",
     channels: &["R", "G", "B", "A"],
     unit: "cd/m² (nits)",

@@ -1,13 +1,12 @@
-//! Settings of variables.
+//! Settings of AOVs.
 
 use crate::setting::settings;
 
 settings! {
-    /// Settings of variables.
+    /// Settings of AOVs.
     pub struct AovSettings {
-        /// Whether variables show whatever the eye meets first: surfaces that are blended (where alpha is at least
-        /// 1/255) and those that light comes through, too, and not what lies behind them. `radiance` is the same either
-        /// way.
+        /// Whether AOVs show the first surface of a pixel, also a blended one (with alpha of at least 1/255) or a
+        /// transmissive one. Otherwise they show the opaque surface behind. `radiance` does not change.
         first_surface: bool = false;
     }
 }

@@ -90,7 +90,7 @@ fn check_returned(given: TextureDesc, returned: &Handle) -> Result<(), ProgramEr
         let TextureDesc { width, height, layers, mips, samples, format } = desc;
         format!("{width} × {height} {format:?} ({layers} layers, {mips} mips, {samples} samples)")
     };
-    let message = format!("what it returns is {}, and what it was given {}", shape(desc), shape(given));
+    let message = format!("it returns {}, but was given {}", shape(desc), shape(given));
     Err(ProgramError::Misplaced { pass: returned.name().into(), message })
 }
 

@@ -36,13 +36,13 @@ pub(super) fn check_pixel(
     let arguments: Vec<_> = function.arguments.iter().map(|argument| &module.types[argument.ty].inner).collect();
     let result = function.result.as_ref().map(|result| &module.types[result.ty].inner);
     if arguments != [&vec4f, &vec2f] || result != Some(&vec4f) {
-        let message = format!("`{name}` is no function of a pixel");
+        let message = format!("`{name}` is not a pixel function");
         let note = format!("write `fn {name}(color: vec4f, position: vec2f) -> vec4f`");
         return Err(Box::new(source.fault(declared, message).note(note)));
     }
     if let Some(place) = discarded(module, function).and_then(|span| span.to_range()) {
         let place = if place.start < source.text.len() { place } else { declared };
-        let message = format!("`{name}` changes a pixel, and `discard` would leave out what others make of it as well");
+        let message = format!("`{name}` changes a pixel, and `discard` would drop the results of other effects, too");
         let note = "give back `color` as it is, or a coverage of 0: `vec4f(0.0)`";
         return Err(Box::new(source.fault(place, message).note(note)));
     }
@@ -237,7 +237,7 @@ pub(super) fn check_slots(source: Source<'_>, scan: &Scan, groups: &[Vec<Slot>])
                 } else {
                     let note = "textures and samplers of the frame are declared already, by names such as `radiance`, `normal`, \
                                 `linear_depth` and `linear_clamp`";
-                    fault.note(note).note("of one's own there are none but tables of colours, which are `.cube` files")
+                    fault.note(note).note("an effect's own textures are only look-up tables, which are `.cube` files")
                 }));
             }
             let is_filtered = matches!(

@@ -289,7 +289,7 @@ fn found_steps(
     });
     let indexed = indexed.collect::<Result<_, _>>()?;
     if let Some(unused) = names.iter().find(|name| !declared.iter().any(|step| step.function == **name)) {
-        let message = format!("the `@fragment` function `{unused}` is no pass of the line `//! passes:`");
+        let message = format!("the `@fragment` function `{unused}` is not a pass of the line `//! passes:`");
         return Err(source.fault(place(unused), message));
     }
     Ok(indexed)

@@ -92,7 +92,7 @@ impl Header {
                 let place = word_start + length + (rest.len() - rest.trim_start().len());
                 if !is_name(name) || !rest.starts_with(char::is_whitespace) {
                     let fault =
-                        source.fault(place..place + name.len(), "this is no name of an effect: `//! effect NAME`");
+                        source.fault(place..place + name.len(), "this is not the name of an effect: `//! effect NAME`");
                     return Err(Box::new(
                         fault.note("a name begins with a letter and consists of letters, digits, `_` and `-`"),
                     ));
@@ -130,7 +130,7 @@ impl Header {
                 if !is_identifier(name) {
                     let note = "it is `fn NAME(color: vec4f, position: vec2f) -> vec4f`: what a pixel was, where it is, and \
                                 what it becomes";
-                    return Err(Box::new(source.fault(place, "this is no name of a function").note(note)));
+                    return Err(Box::new(source.fault(place, "this is not the name of a function").note(note)));
                 }
                 self.pixel = Some((name.into(), place));
             }
@@ -184,7 +184,7 @@ impl Header {
         let settings = self.conditions.iter().flat_map(|(_, settings)| settings);
         match settings.into_iter().find(|(setting, _)| !is_setting(setting)) {
             Some((setting, place)) => {
-                let message = format!("`{setting}` is no setting of the effect that is one number");
+                let message = format!("`{setting}` is not a setting of the effect with one number");
                 let note = "it is a member of a uniform, or `UNIFORM.MEMBER` where two have a member of that name";
                 Err(Box::new(source.fault(place.clone(), message).note(note)))
             }
@@ -240,7 +240,7 @@ impl Header {
             (list, true) if list.is_empty() => {
                 "an effect on display colours reads `display` in one of its passes".into()
             }
-            (list, false) => format!("`//! reads: {list}` is right, and so is no such line"),
+            (list, false) => format!("`//! reads: {list}` is right, and the line may be left out"),
             (list, true) => format!("`//! reads: {list}` is right"),
         };
         // `display` puts the effect behind the tone curve, so that it is never a word too many.
@@ -263,7 +263,7 @@ fn settings(
 ) -> Result<Vec<Placed>, Box<Diagnostic>> {
     if !BORROWED.contains(&texture) {
         let message = format!("`{texture}` is there whether it is read or not, so that an `if` spares nothing");
-        let note = format!("what the frame has only where an effect reads it is: {}", BORROWED.join(", "));
+        let note = format!("the frame has these only if an effect reads them: {}", BORROWED.join(", "));
         return Err(Box::new(source.fault(place, message).note(note)));
     }
     let mut at = start;
@@ -339,8 +339,7 @@ mod tests {
             header.check(Source { file: "a.wgsl", text }, used).map_err(|error| error.to_string())
         };
         let said = check("// A remark.\n//! reads: depth, ids if a, normal", &["normal"]).expect("a warning");
-        let expected =
-            "a.wgsl:2:5: the shader does not read depth, ids; `//! reads: normal` is right, and so is no such line";
+        let expected = "a.wgsl:2:5: the shader does not read depth, ids; `//! reads: normal` is right, and the line may be left out";
         assert_eq!(said.as_deref(), Some(expected));
         let said = check("//! reads: display, previous", &["display"]).expect("a warning").unwrap_or_default();
         assert!(said.ends_with("does not read previous; `//! reads: display` is right"), "{said}");
@@ -360,10 +359,10 @@ mod tests {
             ("//! author: me", "those are: effect, reads, passes, pixel, fallback"),
             ("//!", "begins with no word"),
             ("//! Effect lines", "begins with no word"),
-            ("//! effect", "a.wgsl:1:11: error: this is no name"),
-            ("//! effect: lines", "no name of an effect"),
-            ("//! effect two words", "a.wgsl:1:12: error: this is no name"),
-            ("//! effect 2d", "no name of an effect"),
+            ("//! effect", "a.wgsl:1:11: error: this is not the name"),
+            ("//! effect: lines", "not the name of an effect"),
+            ("//! effect two words", "a.wgsl:1:12: error: this is not the name"),
+            ("//! effect 2d", "not the name of an effect"),
             ("//! effect a\n//! effect b", "a.wgsl:2:5: error: `effect` stands twice"),
             ("//! reads depth", "write `//! reads: NAME"),
             ("//! reads:", "write `//! reads: NAME"),

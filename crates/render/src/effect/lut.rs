@@ -148,7 +148,7 @@ fn parse(source: Source<'_>) -> Result<Cube, Box<Diagnostic>> {
     let Some((is_solid, size, place)) = declared else {
         let end = source.text.len();
         return Err(
-            source.fault(end..end, "it is no table of colours: a line `LUT_3D_SIZE` or `LUT_1D_SIZE` is missing")
+            source.fault(end..end, "it is not a look-up table: a line `LUT_3D_SIZE` or `LUT_1D_SIZE` is missing")
         );
     };
     let count = if is_solid { size.pow(3) } else { size };
@@ -172,7 +172,7 @@ mod tests {
     #[test]
     fn what_is_no_table_is_refused_with_its_place() {
         for (text, expected) in [
-            ("", "look.cube:1:1: error: it is no table of colours"),
+            ("", "look.cube:1:1: error: it is not a look-up table"),
             ("LUT_3D_SIZE 1", "look.cube:1:1: error: its size is a number from 2 to 128"),
             ("LUT_3D_SIZE 300", "its size is a number from 2 to 128"),
             ("LUT_1D_SIZE 70000", "its size is a number from 2 to 65536"),

@@ -77,8 +77,8 @@ pub(super) fn parse<'t>(
 
 fn step(source: Source<'_>, entry: &str, place: Range<usize>) -> Result<Step, Box<Diagnostic>> {
     let malformed = |message: String| {
-        let note = "a pass is `FUNCTION -> TEXTURE 1/2 x 3`, with spaces between: what it writes, the size of that, and how \
-                    often it is drawn; all but the function may be left out";
+        let note = "a pass is `FUNCTION -> TEXTURE 1/2 x 3`, with spaces between: its texture, the size, \
+                    and the number of rounds; all but the function may be left out";
         Box::new(source.fault(place.clone(), message).note(note))
     };
     let mut words = entry.split_whitespace().peekable();
@@ -93,7 +93,7 @@ fn step(source: Source<'_>, entry: &str, place: Range<usize>) -> Result<Step, Bo
     if let Some(size) = words.next_if(|word| word.starts_with("1/")) {
         let divisor = size.strip_prefix("1/").and_then(number);
         let divisor = divisor.filter(|divisor| (1..=64).contains(divisor));
-        step.divisor = divisor.ok_or_else(|| malformed(format!("`{size}` is no size: 1/1 to 1/64 of each side")))?;
+        step.divisor = divisor.ok_or_else(|| malformed(format!("`{size}` is not a size: 1/1 to 1/64 of each side")))?;
     }
     if words.next_if_eq(&"x").is_some() {
         step.rounds = words.next().and_then(Rounds::parse).ok_or_else(|| malformed(Rounds::expected()))?;
@@ -172,11 +172,11 @@ mod tests {
             ("fs_a 1/2", "the last pass makes the result"),
             ("2d -> wide, fs_b", "begins with no name"),
             ("fs_a ->, fs_b", "followed by the name of a texture"),
-            ("fs_a -> wide 1/0, fs_b", "`1/0` is no size"),
-            ("fs_a -> wide 1/+2, fs_b", "`1/+2` is no size"),
-            ("fs_a -> wide 1/02, fs_b", "`1/02` is no size"),
+            ("fs_a -> wide 1/0, fs_b", "`1/0` is not a size"),
+            ("fs_a -> wide 1/+2, fs_b", "`1/+2` is not a size"),
+            ("fs_a -> wide 1/02, fs_b", "`1/02` is not a size"),
             ("fs_a -> wide x +3, fs_b", "followed by a number of rounds"),
-            ("fs_a -> wide 1/65, fs_b", "`1/65` is no size"),
+            ("fs_a -> wide 1/65, fs_b", "`1/65` is not a size"),
             ("fs_a -> wide x, fs_b", "followed by a number of rounds"),
             ("fs_a -> wide x 0, fs_b", "followed by a number of rounds"),
             ("fs_a -> wide x 65, fs_b", "followed by a number of rounds"),

@@ -8,7 +8,7 @@ use std::f32::consts::{PI, TAU};
 use std::hash::{DefaultHasher, Hash as _, Hasher as _};
 use std::sync::Arc;
 
-/// The radiance of the environment from each direction, as frames have it.
+/// The radiance of the environment from each direction, as used in frames.
 #[derive(Clone, Debug)]
 pub struct EnvironmentRadiance {
     from: From,

@@ -9,36 +9,37 @@ use std::path::PathBuf;
 settings! {
     /// Settings of the environment.
     pub struct EnvironmentSettings {
-        /// What surrounds the scene; `auto` is the picture of `environment.file` if there is one; else studio, or fill
-        /// (a faint studio) where the scene brings its own lights, or none where it states an exposure as well. `sky`
-        /// is computed from the sun, air and ground.
+        /// The environment of the scene. `auto` is the picture of `environment.file`, if there is one. Else it is
+        /// `studio`; `fill` (a faint studio) if the scene has lights; or `none` if it states an exposure as well. `sky`
+        /// is computed from sun, air and ground.
         source: Environment = Environment::Auto;
-        /// An equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), of the light from all directions, or a cube
-        /// map (.ktx2); or a folder with the six faces of a cube (px, nx, py, ny, pz, nz; .hdr, .exr, .png or .jpg).
+        /// The environment map: an equirectangular picture, Radiance (.hdr) or OpenEXR (.exr), or a cube map (.ktx2). A
+        /// folder with the six faces of a cube works, too (px, nx, py, ny, pz, nz; .hdr, .exr, .png or .jpg).
         file: PathBuf = PathBuf::new();
-        /// The diffuse light of the picture, in place of what is worked out of it: what a white matte surface reflects
-        /// that faces a direction, irradiance divided by π. Any file that `environment.file` takes.
+        /// The irradiance map, in place of the one computed from the picture. It holds irradiance divided by π, which a
+        /// white matte surface reflects. It takes the same files as `environment.file`.
         irradiance_file: PathBuf = PathBuf::new();
-        /// What rough surfaces reflect of the picture, in place of what is worked out of it, by perceptual roughness
-        /// from 0 to 1 in equal steps: a cube map with levels (.ktx2), or a picture for each, `room_{level}.hdr`, from
-        /// `room_0.hdr` on. Without `environment.file` the first level is the picture, too.
+        /// The prefiltered environment map, in place of the one computed from the picture. Its levels go from
+        /// perceptual roughness 0 to 1 in equal steps. It is a cube map with levels (.ktx2), or a picture for each
+        /// level: `room_{level}.hdr`, from `room_0.hdr` on. Without `environment.file` the first level is the picture,
+        /// too.
         prefiltered_file: PathBuf = PathBuf::new();
-        /// The share of light from everywhere that surfaces mirror, in place of Manypass's own table: .png, .hdr or
-        /// .exr, linear; red is what f0 is multiplied by, green is added. Columns go by n·v from 0 at the left to 1,
-        /// rows by perceptual roughness from 0 at the top to 1.
+        /// The split-sum BRDF table, in place of the built-in one: .png, .hdr or .exr, linear. F0 is multiplied by red,
+        /// and green is added. Columns are n·v from 0 at the left to 1. Rows are perceptual roughness from 0 at the top
+        /// to 1.
         brdf_file: PathBuf = PathBuf::new();
-        /// By how much the picture is turned about the vertical, counter-clockwise seen from above.
+        /// The rotation of the environment map about the vertical, counter-clockwise seen from above.
         rotation_deg: f32 = 0.0, in -360.0..=360.0, unit "°";
-        /// Multiplies the environment.
+        /// Multiplies the radiance of the environment.
         intensity: f32 = 1.0, in 0.0.., unit "factor";
-        /// How high the sun of the sky stands above the horizon.
+        /// The elevation of the sky's sun above the horizon.
         sun_elevation_deg: f32 = 40.0, in -90.0..=90.0, unit "°", needs "environment.source=sky";
-        /// Where the sun of the sky stands: 0 is +Z, and it grows towards +X, as the yaw of an orbit does.
+        /// The azimuth of the sky's sun: 0 is +Z, and it grows towards +X like the yaw of an orbit.
         sun_azimuth_deg: f32 = -45.0, in -360.0..=360.0, unit "°", needs "environment.source=sky";
-        /// How hazy the sky is: the optical depth of air and haze straight up, divided by that of the air alone; 1 is
-        /// air without haze, 2 a clear day, 6 haze.
+        /// The haziness of the sky: the optical depth of air and haze straight up, divided by that of the air alone. 1
+        /// is air without haze, 2 a clear day, 6 haze.
         turbidity: f32 = 2.0, in 1.0..=10.0, unit "factor", needs "environment.source=sky";
-        /// The share of light that the ground below the sky reflects.
+        /// The albedo of the ground below the sky.
         ground_albedo: f32 = 0.3, in 0.0..=1.0, needs "environment.source=sky";
     }
 }

@@ -37,7 +37,7 @@ impl MeteringPattern {
     }
 }
 
-/// Eye adaptation: how exposure goes on from that of the view's last picture (`exposure.adapt`).
+/// Eye adaptation: how exposure follows from that of the view's last picture (`exposure.adapt`).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Adaptation {
     /// It does not: the picture is one of its own, and exposed as it was metered.

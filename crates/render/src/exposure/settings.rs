@@ -9,23 +9,22 @@ use std::fmt::{self, Display, Formatter};
 settings! {
     /// Settings of exposure.
     pub struct ExposureSettings {
-        /// What radiance is multiplied by, as a power of 2: stops, or `auto` (metered), or `scene`: what the scene
-        /// states, else auto where it brings its own lights, under the sky and in a picture, else 0.
+        /// The exposure: radiance is multiplied by 2 to the power of it. `auto` is metered. `scene` is what the scene
+        /// states; else `auto` if the scene has lights, under the sky and in a picture; else 0.
         stops: Exposure = Exposure::Scene, unit "stops";
-        /// Which parts of the picture count for an exposure that is metered: average is all alike, centre a bell curve
-        /// around the middle, spot a small disc there.
+        /// The metering pattern: `average` counts all parts of the picture alike, `centre` by a bell curve around the
+        /// middle, `spot` in a small disc there.
         metering: MeteringPattern = MeteringPattern::Average;
-        /// Whether the exposure of live views and sequences goes on from frame to frame, as eyes adapt: it approaches what
-        /// brings the average of each frame to mid grey. A first frame begins adapted; a still is metered as ever. `scene`
-        /// is then auto.
+        /// Eye adaptation: the exposure of live views and sequences follows the average of each frame towards mid grey.
+        /// A first frame begins adapted. Stills are metered as usual. `scene` then means `auto`.
         adapt: bool = false;
-        /// The time in which all but 1 / e of a difference is made up for where the light becomes stronger.
+        /// The time constant of adaptation to stronger light: 1 / e of a difference is left after it.
         adapt_to_light_s: f32 = 0.4, in 0.01..=3600.0, unit "s", needs "exposure.adapt=true";
-        /// The same where it becomes weaker.
+        /// The time constant of adaptation to weaker light.
         adapt_to_dark_s: f32 = 1.2, in 0.01..=3600.0, unit "s", needs "exposure.adapt=true";
-        /// The least that exposure adapts to, before the stops that `auto` has on top: strong light stays brighter.
+        /// The lowest exposure of adaptation, before the stops that `auto` adds. Strong light stays brighter.
         adapt_min_stops: f32 = -24.0, in -48.0..=48.0, unit "stops", needs "exposure.adapt=true";
-        /// The most that it adapts to: night stays darker.
+        /// The highest exposure of adaptation, before the stops that `auto` adds. Night stays darker.
         adapt_max_stops: f32 = 24.0, in -48.0..=48.0, unit "stops", needs "exposure.adapt=true";
     }
 }

@@ -16,7 +16,7 @@ pub use floor::Floor;
 
 use faults::Faults;
 
-/// No device could be had.
+/// The error of a device that could not be created or was lost.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum GpuError {
@@ -64,7 +64,7 @@ pub(crate) fn destroy(view: &wgpu::TextureView) {
     view.texture().destroy();
 }
 
-/// What a user sees of an adapter.
+/// The description of an adapter for users.
 #[derive(Clone, Debug, serde::Serialize)]
 #[non_exhaustive]
 pub struct AdapterSummary {
@@ -96,7 +96,7 @@ impl From<wgpu::AdapterInfo> for AdapterSummary {
     }
 }
 
-/// A device with its queue, and what it can do.
+/// A device with its queue and capabilities.
 #[derive(Clone, Debug)]
 pub struct Gpu {
     /// The device.
@@ -210,7 +210,7 @@ impl Gpu {
         pollster::block_on(Self::from_adapter(adapter))
     }
 
-    /// Every adapter there is.
+    /// All adapters of this machine.
     #[cfg(not(target_arch = "wasm32"))]
     pub fn adapters() -> Vec<AdapterSummary> {
         enumerate().into_iter().map(|adapter| adapter.get_info().into()).collect()
@@ -224,8 +224,8 @@ impl Gpu {
 }
 
 impl Gpu {
-    /// Waits until the device has done all that was submitted, where waiting is not possible, and says when that was. WebGL
-    /// says it only when it is asked, which browsers do every few milliseconds.
+    /// Waits asynchronously until the device has done all that was submitted, and returns when that was. WebGL tells it
+    /// only on request, which browsers make every few milliseconds.
     ///
     /// # Errors
     /// The device was lost.

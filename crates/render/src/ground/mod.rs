@@ -20,7 +20,7 @@ use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use manypass_scene::{Aabb, EnvironmentLight, LightKind, Projection};
 
-/// What is under the scene.
+/// The ground under the scene: a shadow catcher, a floor or nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Ground {
     /// A shadow where the environment is the studio, be it faint, the sky or a picture, and the background is not

@@ -6,10 +6,10 @@ use crate::setting::{SettingField, SettingType, SettingValue, Written, read_word
 settings! {
     /// Settings of the ground.
     pub struct GroundSettings {
-        /// What is under the scene, at its lowest point: a plane that is seen by the shadow on it alone, nothing, or a
-        /// floor of a colour; `auto` is shadow where the environment is the studio, be it faint, the sky or a picture,
-        /// and the background is not transparent, else none. Its shadow is that of the environment's light, else of the
-        /// scene's first directional one.
+        /// The plane under the scene, at its lowest point. `shadow` is a shadow catcher, `none` no plane, and a colour
+        /// a floor. `auto` is `shadow` if the environment is the studio, fill, the sky or a picture, and the background
+        /// is not transparent; else `none`. The shadow comes from the environment's light, else from the scene's first
+        /// directional light.
         mode: Ground = Ground::Auto;
     }
 }

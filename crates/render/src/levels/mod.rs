@@ -151,7 +151,7 @@ impl Chooser {
     }
 }
 
-/// What was drawn of one level of detail, of all meshes that have levels.
+/// The count of what was drawn of one level of detail, over all meshes with levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
 #[non_exhaustive]
 pub struct LevelCount {

@@ -1,20 +1,19 @@
-//! Settings of how lights are found.
+//! Settings of light culling.
 
 use crate::setting::{choices, settings};
 
 choices! {
-    /// The way of light culling: how the lights that reach a pixel are found.
+    /// The method of light culling: how the lights that reach a pixel are found.
     pub enum LightCulling {
         /// A list for every cluster.
         #[default]
         Clustered = "clustered",
-        /// A list for every tile of the picture; of a list, what lies before or behind all of the tile's surfaces is
-        /// passed over (deferred path).
-        Tiled = "tiled",
-        /// A sphere or cone around each light is drawn, and the light of pixels before its back is added (deferred
+        /// A list for every tile of the picture, without lights before or behind all of the tile's surfaces (deferred
         /// path).
+        Tiled = "tiled",
+        /// A light volume, a sphere or cone, is drawn for each light and adds its light (deferred path).
         Volumes = "volumes",
-        /// The same, but only for pixels that the stencil marks as inside of the volume (deferred path).
+        /// The same, only for pixels that the stencil marks as inside the volume (deferred path).
         VolumesStencil = "volumes-stencil",
         /// Every pixel visits every light.
         None = "none",
@@ -22,22 +21,22 @@ choices! {
 }
 
 settings! {
-    /// Settings of how lights are found.
+    /// Settings of light culling.
     pub struct LightSettings {
-        /// How lights are kept from pixels that they do not reach.
+        /// The method of light culling: how the lights that reach a pixel are found.
         culling: LightCulling = LightCulling::Clustered;
-        /// A light with a range is left out, with its shadow map, where what it reaches is fewer pixels wide than this;
-        /// from twice as many on down its range shrinks. Its light is lost.
+        /// The width of a light's range in the picture below which the light is left out, with its shadow map. Below
+        /// twice this width its range shrinks. The light is lost.
         min_px: f32 = 0.0, in 0.0..=64.0, unit "px";
     }
 }
 
 settings! {
-    /// Settings of the lists of lights.
+    /// Settings of the light lists of clusters and tiles.
     pub struct ClusterSettings {
-        /// The side of a tile of the light lists, be they of clusters or of tiles.
+        /// The side of a tile of the light lists, of clusters and of tiled culling.
         tile_px: u32 = 16, in 8..=128, unit "px";
-        /// The number of slices of the light lists along the view axis.
+        /// The number of slices of clusters along the view axis.
         slices: u32 = 32, in 1..=64, needs "lights.culling=clustered";
     }
 }

@@ -13,8 +13,8 @@ impl Settings {
     /// Checks what no setting knows alone: whether they go together.
     ///
     /// # Errors
-    /// Several samples a pixel, occlusion, or what else surfaces have of the picture, on a path that has none; a lens
-    /// that there is not; what fisheye pictures do without.
+    /// Multisampling, ambient occlusion or another screen-space pass on a path that lacks it. A lens that cannot be. A
+    /// pass or lens that fisheye pictures lack.
     pub fn check(&self) -> Result<(), SettingsError> {
         self.camera.check()?;
         self.exposure.check()?;

@@ -32,7 +32,7 @@ struct Rung {
     changed: BTreeMap<String, Value>,
 }
 
-/// Chooses the settings of live frames so that they take no longer than `quality.budget_ms`, by what frames took. What
+/// The frame-time budget: chooses the settings of live frames by what frames took, to keep to `quality.budget_ms`. What
 /// was chosen by hand stays.
 ///
 /// ```

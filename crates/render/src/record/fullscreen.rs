@@ -22,7 +22,7 @@ pub const ADD: wgpu::BlendState = {
     wgpu::BlendState { color: component, alpha: component }
 };
 
-/// A part of the picture, by the depth and stencil tests.
+/// A part of the picture, selected by depth and stencil tests.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PicturePart {
     /// Where there is an opaque or masked surface.
@@ -49,7 +49,7 @@ enum Binding {
     Table(wgpu::TextureView),
 }
 
-/// A full-screen pass that is being declared: what its shader binds in group 1, by WGSL name, and what it draws into.
+/// The declaration of a full-screen pass: its bindings of group 1 by WGSL name, and its targets.
 #[must_use = "nothing is drawn before `draw_into`"]
 pub struct Fullscreen<'r, 'f> {
     pub(super) pass: Pass<'r, 'f>,

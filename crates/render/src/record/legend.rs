@@ -4,7 +4,7 @@ use super::TargetTexels;
 use std::borrow::Cow;
 use std::cell::RefCell;
 
-/// What a colour means in the picture of a pass.
+/// An entry of a pass's legend: a colour and its meaning.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct LegendEntry {
     /// A few words.

@@ -42,7 +42,7 @@ use manypass_graph::{Graph, Handle, History, TextureDesc};
 use std::borrow::Cow;
 use std::sync::Arc;
 
-/// What all views of a frame share: the device, and what is loaded of the scene.
+/// The part of a frame that all views share: the device and the loaded scene.
 #[derive(Debug)]
 pub struct Frame<'f> {
     /// The device and what it can do.
@@ -61,7 +61,7 @@ pub struct Frame<'f> {
     pub(crate) scrubbed: &'f Scrubbed,
 }
 
-/// Records the passes of one view: the graph, what all views share, and the view.
+/// The recorder of one view's passes: the graph, the shared frame, and the view.
 pub struct Recorder<'r, 'f> {
     /// The graph of the frame.
     pub graph: &'r mut Graph<'f>,

@@ -2,7 +2,7 @@
 
 use std::cell::RefCell;
 
-/// What the texels of a target hold, so that whoever shows its picture unpacks them.
+/// The meaning of a target's texels, by which they are unpacked for display.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Texels {
     /// Colours, or radiance, which is clipped.

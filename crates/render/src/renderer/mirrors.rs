@@ -263,7 +263,7 @@ impl<'s> Mirrors<'s> {
 pub(super) fn faults(scene: &Scene) -> Vec<String> {
     let fault = |mirror: &Mirror| {
         let what = scene.panel(mirror.node).err()?;
-        Some(format!("mirror `{}` is none: a mirror is flat, and its node {what}", mirror.name))
+        Some(format!("mirror `{}` is not drawn: a mirror is flat, and its node {what}", mirror.name))
     };
     let unsuited = |mirror: &Mirror| {
         let material = unsuited_material(scene, mirror.node)?;

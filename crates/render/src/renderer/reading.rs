@@ -8,7 +8,7 @@ use crate::request::RenderError;
 use std::ops::Range;
 use std::sync::atomic::Ordering;
 
-/// What one view of the last frame left, to be read.
+/// The results of one view of the last frame, for reading.
 #[derive(Clone, Copy, Debug)]
 pub struct RenderedView<'a> {
     gpu: &'a Gpu,

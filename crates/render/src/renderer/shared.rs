@@ -13,7 +13,7 @@ pub(super) type Shared<T> = std::rc::Rc<T>;
 #[cfg(not(target_arch = "wasm32"))]
 pub(super) type Shared<T> = Box<T>;
 
-/// The programs and pipelines that renderers on one device have made so far.
+/// The programs and pipelines that renderers on one device share.
 #[cfg(target_arch = "wasm32")]
 #[derive(Clone)]
 pub struct Pipelines {

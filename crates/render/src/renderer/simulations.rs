@@ -109,7 +109,7 @@ pub(super) fn faults(scene: &Scene, state: &SimulationState) -> Vec<String> {
     let mut check = |simulation: usize, picture: &str, who: String| {
         let name = scene.simulations.get(simulation).map_or("", |simulation| &simulation.name);
         let Some(running) = state.running.get(simulation) else {
-            faults.push(format!("{who} shows the simulation {simulation}, and there is none"));
+            faults.push(format!("{who} shows the simulation {simulation}, which does not exist"));
             return;
         };
         if running.pictures().all(|(known, _)| known != picture) {

@@ -170,7 +170,7 @@ impl SurroundingsState {
 pub(super) fn faults(scene: &Scene) -> Vec<String> {
     let fault = |of: &&Surroundings| !is_sound(of);
     let said = |of: &Surroundings| {
-        format!("the reflection probe `{}` is left out: its boxes are no boxes, or too large", of.name)
+        format!("the reflection probe `{}` is left out: its boxes are invalid, or too large", of.name)
     };
     let mut faults: Vec<String> = scene.surroundings.iter().take(SURROUNDINGS_MAX).filter(fault).map(said).collect();
     if scene.surroundings.len() > SURROUNDINGS_MAX {

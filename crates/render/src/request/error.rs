@@ -8,7 +8,7 @@ use crate::settings::SettingsError;
 use crate::shader::program::ProgramError;
 use manypass_graph::PlanError;
 
-/// Why there is no frame, or why it cannot be read.
+/// The error of a frame that was not drawn, or cannot be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum RenderError {
@@ -71,7 +71,7 @@ pub enum RenderError {
     #[error("a fisheye picture (`camera.fisheye`) {0}")]
     Fisheye(&'static str),
     /// A picture within the picture asks for a tier of quality that there is not.
-    #[error("a picture within the picture asks for the quality `{quality}`; there are {known}", known = Quality::NAMES.join(", "))]
+    #[error("a capture asks for the quality `{quality}`; there are {known}", known = Quality::NAMES.join(", "))]
     CaptureQuality {
         /// What it asks for.
         quality: String,
@@ -107,7 +107,7 @@ pub enum RenderError {
     },
     /// A later sample has no samples before it that it could be averaged with.
     #[error(
-        "a sample follows none of the same picture: draw the samples from `sample_index` 0 on, with one size, one \
+        "a sample does not follow one of the same picture: draw the samples from `sample_index` 0 on, with one size, one \
          `sample_count` and one `averaging`"
     )]
     SampleWithoutFirst,

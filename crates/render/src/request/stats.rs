@@ -2,7 +2,7 @@
 
 use crate::levels::LevelCount;
 
-/// Numbers of the last frame.
+/// Statistics of the last frame.
 #[derive(Clone, Debug, Default, serde::Serialize)]
 #[non_exhaustive]
 pub struct FrameStats {

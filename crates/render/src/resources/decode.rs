@@ -191,7 +191,7 @@ fn decode_light(
     if light.cut_count > 0 {
         let count = light.cut_count;
         warnings.push(format!(
-            "image {image} `{name}`: {count} values are no light, or too bright; what is no number is 0"
+            "image {image} `{name}`: {count} values are not valid light, or too bright; NaN counts as 0"
         ));
     }
     let halves = if has_directions { 2 } else { 1 };
@@ -213,7 +213,7 @@ fn decode_directions(
     let pixels = match source.decode() {
         Ok(pixels) => pixels,
         Err(error) => {
-            let message = "cannot be decoded, and normal maps leave the light as it is";
+            let message = "cannot be decoded, and normal maps do not change baked light";
             warnings.push(format!("image {image} `{name}` {message}: {error}"));
             return None;
         }
@@ -405,7 +405,7 @@ mod tests {
         for (light, direction, part, said) in [
             (0, 1, 1.0, ""),
             (0, 2, -1.0, "directions of 2x9 are made as large as their light, 4x3"),
-            (0, 3, 0.0, "normal maps leave the light as it is"),
+            (0, 3, 0.0, "normal maps do not change baked light"),
             (4, 1, 1.0, "8x96 is larger than the adapter's 64 texels a side"),
         ] {
             let source =

@@ -224,7 +224,7 @@ pub fn layer_names(material: &Material) -> Vec<&'static str> {
     names.into_iter().filter(|(bit, _)| bits & bit != 0).map(|(_, name)| name).collect()
 }
 
-/// Where the surfaces of a material are shaded when the path is deferred.
+/// The pass that shades the surfaces of a material on the deferred path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ShadedIn {
     /// In the passes of deferred shading, from the G-buffer.

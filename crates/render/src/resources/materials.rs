@@ -206,7 +206,7 @@ impl Materials {
             if described.make_numbers() {
                 let name = &material.name;
                 self.warnings
-                    .push(format!("material {index} `{name}` has factors that are no numbers, which count as 0"));
+                    .push(format!("material {index} `{name}` has factors that are not numbers; they count as 0"));
             }
             match self.materials.get_mut(index) {
                 Some(known) => {

@@ -263,7 +263,7 @@ impl SceneResources {
             ),
             (
                 self.are_layers_left_out,
-                "this adapter has too few textures for materials with layers (KHR_materials_clearcoat, …) on what skins or morph targets move; \
+                "this adapter has too few textures for materials with layers (KHR_materials_clearcoat, …) on skinned or morphed meshes; \
                  it is drawn without them",
             ),
             (self.are_nodes_too_many, "the nodes do not fit a texture of this adapter; motion is 0"),

@@ -28,7 +28,7 @@ pub(crate) enum ImageSource {
     Light {
         /// The image's index.
         image: usize,
-        /// How its texels are written, if it is no file of light.
+        /// How its texels are written, if it is not a file of light.
         encoding: LightEncoding,
         /// The image of directions.
         direction: Option<usize>,

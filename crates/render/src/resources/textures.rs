@@ -269,7 +269,7 @@ impl Uploaded {
     fn of_monitor(gpu: &Gpu, name: &str, size: (u32, u32)) -> Self {
         let (most, is_possible) = (monitor_side_max(gpu), monitor_fits(gpu, size));
         let sides = format!("{} by {}", size.0, size.1);
-        let warning = || format!("monitor `{name}` is dark: {sides} texels are none, each side is 1 to {most}");
+        let warning = || format!("monitor `{name}` is dark: {sides} texels are not possible, each side is 1 to {most}");
         let desc = monitor_desc(size);
         let create = || {
             let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {

@@ -13,7 +13,7 @@ pub trait SettingField: Sized {
         &[]
     }
 
-    /// The value of what was written; none if it is no value of this type. Ranges are checked elsewhere.
+    /// The value of what was written; none if it is not a value of this type. Ranges are checked elsewhere.
     fn read(written: &Written) -> Option<Self>;
 
     /// As plain data; what [`Self::read`] makes of its text is this value again.

@@ -338,7 +338,7 @@ impl SettingInfo {
             }
             SettingType::Text => "a text".into(),
             SettingType::Path => "a path".into(),
-            SettingType::List(entry) => format!("a list, of which each is {}", self.expected_of(entry)),
+            SettingType::List(entry) => format!("a list; each entry is {}", self.expected_of(entry)),
         }
     }
 

@@ -2,7 +2,7 @@
 
 use super::{SettingField, SettingType, SettingValue, Written};
 
-/// Whether something is done.
+/// A switch: on, off or automatic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Switch {
     /// Wherever the rest of the settings allow it.

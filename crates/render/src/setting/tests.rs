@@ -151,7 +151,7 @@ fn the_command_line_takes_the_arrays_of_files_too() {
         ("number_m", "[1]"),
     ] {
         let error = set(&mut group, key, text).unwrap_err();
-        assert!(error.contains(&format!("`{text}` is no value of `everything.{key}`")), "{key}={text}: {error}");
+        assert!(error.contains(&format!("`{text}` is not a value of `everything.{key}`")), "{key}={text}: {error}");
     }
 }
 
@@ -161,7 +161,7 @@ fn what_is_no_value_is_refused_with_type_and_range() {
     for (key, text, expected) in [
         ("number_m", "0.09", "which takes a number from 0.1 to 10"),
         ("number_m", "nan", "a number from"),
-        ("number_m", "1,2", "`1,2` is no value"),
+        ("number_m", "1,2", "`1,2` is not a value"),
         ("count", "0", "a whole number from 1 to 4294967295"),
         ("count", "1.5", "a whole number"),
         ("offset", "6", "a whole number from -2147483648 to 5"),
@@ -173,9 +173,9 @@ fn what_is_no_value_is_refused_with_type_and_range() {
         ("direction", "0,1", "3 numbers with commas between, each from -1 to 1"),
         ("direction", "0,1,2", "each from -1 to 1"),
         ("size_px", "1,-1", "2 whole numbers"),
-        ("levels", "0.5,1.5", "a list, of which each is a number from 0 to 1"),
+        ("levels", "0.5,1.5", "a list; each entry is a number from 0 to 1"),
         ("levels", "0.5,", "a list"),
-        ("shapes", "round,oval", "a list, of which each is round or square"),
+        ("shapes", "round,oval", "a list; each entry is round or square"),
     ] {
         let error = set(&mut group, key, text).unwrap_err();
         assert!(error.contains(expected), "{key}={text}: {error}");
@@ -198,7 +198,7 @@ fn files_keep_the_parts_of_lists_apart_and_defaults_come_back() {
     assert!(group.flag && group.direction == [0.0, 0.5, -1.0] && group.size_px == [1, 16], "{group:?}");
     assert_eq!((group.levels, group.shapes), (vec![0.5], vec![Shape::Round]));
     let error = read("[everything]\nlevels = [0.5, 2]").unwrap_err();
-    assert!(error.starts_with("a.toml:2:10: error: `[0.5,2]` is no value of `everything.levels`"), "{error}");
+    assert!(error.starts_with("a.toml:2:10: error: `[0.5,2]` is not a value of `everything.levels`"), "{error}");
     assert!(read("everything.flag = [true]").unwrap_err().contains("true or false"));
 
     // Every default is a value of its own text, and of its own JSON.

@@ -128,7 +128,7 @@ mod tests {
                 "a.wgsl:2:12: error: Entry point fs at Fragment is invalid: The `return` expression does not match the declared",
             ),
             (format!("{MAIN} return vec4f(1.0); }}\n\nfn unfinished() -> f32 {{ retur"), "a.wgsl:3:"),
-            ("this is no WGSL".into(), "a.wgsl:1:1: error: "),
+            ("this is not WGSL".into(), "a.wgsl:1:1: error: "),
             ("\n\nvar<private> radiance: f32;\n".into(), "a.wgsl:3:14: error: "),
         ] {
             let error = error(&own);

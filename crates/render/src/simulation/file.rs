@@ -293,7 +293,7 @@ fn check_signatures(
         let arguments: Vec<_> = function.arguments.iter().map(|argument| &module.types[argument.ty].inner).collect();
         let result = function.result.as_ref().map(|result| &module.types[result.ty].inner);
         if arguments != [&vec2i] || result != Some(&vec4f) {
-            let fault = source.fault(declared.clone(), format!("`{name}` is no function of a cell"));
+            let fault = source.fault(declared.clone(), format!("`{name}` is not a cell function"));
             return Err(Box::new(fault.note(format!("write `fn {name}(cell: vec2i) -> vec4f`"))));
         }
     }

@@ -137,7 +137,9 @@ impl Header {
             "shows" => {
                 for (entry, place) in entries(text, range.start) {
                     if !is_identifier(entry) {
-                        return Err(source.fault(place, format!("`{entry}` is no name of a picture and its function")));
+                        return Err(
+                            source.fault(place, format!("`{entry}` is not the name of a picture and its function"))
+                        );
                     }
                     let (function, rounds) = (entry.to_owned(), Rounds::Count(1));
                     self.shows.push(Pass { target: function.clone(), function, rounds, place });
@@ -159,8 +161,8 @@ impl Header {
 
 fn pass(source: Source<'_>, entry: &str, place: Range<usize>) -> Result<Pass, Box<Diagnostic>> {
     let malformed = |message: String| {
-        let note = "a pass is `FUNCTION -> STATE x 3`, with spaces between: what it writes, and how often it is drawn, which may \
-                    be left out";
+        let note = "a pass is `FUNCTION -> STATE x 3`, with spaces between: its state, and the number of rounds, which may be left \
+                    out";
         Box::new(source.fault(place.clone(), message).note(note))
     };
     let mut words = entry.split_whitespace();

@@ -15,7 +15,7 @@ mod uniforms;
 pub use file::SimulationFile;
 pub(crate) use running::{Moving, Running};
 
-/// How many of its steps a simulation has made towards the scene's time.
+/// The progress of a simulation: its steps towards the scene's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SimulationProgress<'s> {
     /// Its name.
@@ -26,7 +26,7 @@ pub struct SimulationProgress<'s> {
     pub total: u64,
 }
 
-/// What a simulation did: its steps, and whether its values exploded.
+/// The report of a simulation: its steps, and whether its values exploded.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
 pub struct SimulationReport {
     /// Its name.

@@ -87,12 +87,13 @@ impl Running {
         let cells = simulation.cells.unwrap_or(file.cells());
         let most = gpu.capabilities.max_texture_size.min(manypass_scene::simulation::CELLS_SIDE_MAX);
         if cells.0.min(cells.1) == 0 || cells.0.max(cells.1) > most {
-            return Err(fault(format!("{} by {} cells are none: each side is 1 to {most}", cells.0, cells.1)));
+            return Err(fault(format!("{} by {} cells are not possible: each side is 1 to {most}", cells.0, cells.1)));
         }
         let rate_hz = simulation.rate_hz.unwrap_or(file.rate_hz());
         if !(rate_hz > 0.0 && rate_hz <= RATE_HZ_MAX) {
-            let message =
-                format!("{rate_hz} steps a second are none; give rate_hz a number above 0, at most {RATE_HZ_MAX}");
+            let message = format!(
+                "{rate_hz} steps a second are not possible; give rate_hz a number above 0, at most {RATE_HZ_MAX}"
+            );
             return Err(fault(message));
         }
         if !(size_m.is_finite() && size_m.min_element() > 0.0) {

@@ -117,7 +117,7 @@ mod tests {
         let members = |name: &str| {
             let of_name = |(_, ty): &(_, &naga::Type)| ty.name.as_deref() == Some(name);
             let (_, ty) = file.module.types.iter().find(of_name).expect("declared");
-            let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is no struct") };
+            let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("{name} is not a struct") };
             let members =
                 members.iter().map(|member| (member.name.clone().unwrap_or_default(), member.offset as usize));
             (members.collect::<Vec<_>>(), *span as usize)

@@ -19,13 +19,13 @@ pub(crate) fn check_functions(
             let start = span.to_range().map_or(0, |range| range.start);
             // `loop`, `while` or `for`.
             let word = source.text.get(start..).and_then(|rest| rest.find(|letter: char| !letter.is_alphabetic()));
-            let message = "this loop never ends: it has no `break` or `return` that is ever met";
+            let message = "this loop never ends: it has no `break` or `return` that is ever reached";
             return Err(source.fault(start..start + word.unwrap_or(0), message));
         }
     }
     if let Some((handle, _)) = module.overrides.iter().find(|(_, constant)| constant.init.is_none()) {
         let place = module.overrides.get_span(handle).to_range().unwrap_or(0..0);
-        return Err(source.fault(place, "nobody gives a value to an `override` without one; use a uniform"));
+        return Err(source.fault(place, "an `override` without a value gets none; use a uniform"));
     }
     for (handle, global) in module.global_variables.iter() {
         let is_good = matches!(global.space, AddressSpace::Private | AddressSpace::Uniform | AddressSpace::Handle);

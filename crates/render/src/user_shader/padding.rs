@@ -45,8 +45,8 @@ pub(crate) fn filled_up(
     let parsed = padded.and_then(|text| Some((locate::parse(file, &text, further).ok()?.0, text)));
     parsed.map(|(module, text)| (text, module)).ok_or_else(|| {
         let message = format!(
-            "the size of the uniform `{first}` is no multiple of 16 bytes, as this adapter (WebGL 2) wants it, and it \
-             cannot be filled up: give it a struct of its own, with members whose names begin with `padding` at the end"
+            "the size of the uniform `{first}` is not a multiple of 16 bytes, as this adapter (WebGL 2) requires, and it \
+             cannot be padded: give it a struct of its own, with members whose names begin with `padding` at the end"
         );
         ProgramError::Misplaced { pass: name.into(), message }
     })

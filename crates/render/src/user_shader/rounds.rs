@@ -62,7 +62,7 @@ pub(crate) fn check_rounds(
         return Ok(());
     }
     let message =
-        format!("`{setting}` is no number of rounds: a setting that is a `u32` and stays within 1..{STEPS_MAX}");
+        format!("`{setting}` is not a number of rounds: a setting that is a `u32` and stays within 1..{STEPS_MAX}");
     let note = format!("it is a member of a uniform, `u32`, with a line such as `// = 4 in 1..{STEPS_MAX}` above it");
     let several = "where two uniforms have a member of that name, it is called `UNIFORM.MEMBER`";
     Err(Box::new(source.fault(place.clone(), message).note(note).note(several)))

@@ -278,7 +278,8 @@ impl Reflection<'_> {
         let remarks = declared.map(|declared| remarks(self.source, declared)).transpose()?.unwrap_or_default();
         let kind = setting_type(inner);
         if let (None, Some(default)) = (kind, &remarks.default) {
-            let message = "a default stands above what is neither a number (f32, i32, u32) nor a vector of them";
+            let message =
+                "a default stands above a member that is neither a number (f32, i32, u32) nor a vector of them";
             return Err(self.source.fault(default.clone(), message));
         }
         if let TypeInner::Struct { members, .. } = inner {
@@ -299,7 +300,7 @@ impl Reflection<'_> {
         let place = declared.map_or(0..0, |declared| declared.name.clone());
         let Some(kind) = kind else {
             let ty = declared.map_or("?", |declared| &self.source.text[declared.ty.clone()]);
-            let message = format!("`{member}` is a `{ty}`, of which no text is a value");
+            let message = format!("`{member}` is a `{ty}`, which no setting can be");
             let note =
                 "settings are f32, i32, u32 and vectors of them; a program sets others by `WgslEffect::set_uniform`";
             let missing = Some(Box::new(self.source.fault(place, message).note(note)));
@@ -353,7 +354,7 @@ impl Reflection<'_> {
         if let Some(range) = range {
             let ends = range.split_once("..").map(|(min, max)| (bound(min), bound(max)));
             let Some((Ok(low), Ok(high))) = ends else {
-                return Err(Box::new(fault(format!("`{range}` is no range"))));
+                return Err(Box::new(fault(format!("`{range}` is not a range"))));
             };
             if low.zip(high).is_some_and(|(low, high)| low > high) {
                 return Err(Box::new(fault(format!("`{range}` is an empty range"))));

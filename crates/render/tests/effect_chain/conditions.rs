@@ -76,12 +76,12 @@ fn settings_for_which_something_is_read_are_those_of_the_effect() {
     let text = conditional("mine").replace("ids if by_object", "ids if by_objects");
     let error = EffectFile::parse("mine.wgsl", &text).unwrap_err().to_string();
     assert!(
-        error.contains("mine.wgsl:2:37: error: `by_objects` is no setting of the effect that is one number"),
+        error.contains("mine.wgsl:2:37: error: `by_objects` is not a setting of the effect with one number"),
         "{error}"
     );
     let vector =
         conditional("mine").replace("more: f32", "more: vec2f").replace("numbers.more != 0.0", "numbers.more.x != 0.0");
     let error =
         EffectFile::parse("mine.wgsl", &vector.replace("// = 0\n            more", "// = 0, 0\n            more"));
-    assert!(error.unwrap_err().to_string().contains("`numbers.more` is no setting"));
+    assert!(error.unwrap_err().to_string().contains("`numbers.more` is not a setting"));
 }

@@ -50,10 +50,10 @@ fn what_cannot_be_read_is_said() {
     let main = "@fragment fn fs(@builtin(position) p: vec4f) -> @location(0) vec4f";
     for (source, expected) in [
         ("//! pixel: no\nfn f() {}".to_owned(), "mine.wgsl:1:12: error: there is no function `no`"),
-        ("//! pixel: 2d".to_owned(), "mine.wgsl:1:12: error: this is no name of a function"),
+        ("//! pixel: 2d".to_owned(), "mine.wgsl:1:12: error: this is not the name of a function"),
         (
             "//! pixel: f\nfn f(c: vec4f) -> vec4f { return c; }".to_owned(),
-            "mine.wgsl:2:4: error: `f` is no function of a pixel",
+            "mine.wgsl:2:4: error: `f` is not a pixel function",
         ),
         (
             "//! pixel: f\nfn f(c: vec4f, p: vec2f) -> vec4f { return radiance_at(vec2i(p)); }".to_owned(),
@@ -120,7 +120,7 @@ fn a_word_too_many_in_reads_is_a_warning_and_asks_nothing_of_the_frame() {
     assert_eq!(
         EffectFile::parse("mine.wgsl", &needless).unwrap().warnings(),
         [
-            "mine.wgsl:1:5: the shader does not read ids, glow.wide; `//! reads: radiance` is right, and so is no such line"
+            "mine.wgsl:1:5: the shader does not read ids, glow.wide; `//! reads: radiance` is right, and the line may be left out"
         ]
     );
     // Neither is there an effect `glow`, nor are ids drawn.

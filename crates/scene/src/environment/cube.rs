@@ -210,7 +210,8 @@ impl EnvironmentMap {
             map.notes.push(format!("environment \"{name}\": its faces are made smaller, {side}x{side}"));
         }
         if cut_count > 0 {
-            map.notes.push(format!("environment \"{name}\": {cut_count} values are no radiance, and were cut"));
+            map.notes
+                .push(format!("environment \"{name}\": {cut_count} values are not valid radiance, and were clamped"));
         }
         map
     }

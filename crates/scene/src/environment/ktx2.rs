@@ -38,7 +38,7 @@ impl TexelFormat {
             123 => Self::SharedExponent,
             other => {
                 return Err(format!(
-                    "its format {other} is none of R8G8B8(A8), R16G16B16(A16)_SFLOAT, R32G32B32(A32)_SFLOAT, B10G11R11_UFLOAT and E5B9G9R9_UFLOAT; \
+                    "its format {other} is not among R8G8B8(A8), R16G16B16(A16)_SFLOAT, R32G32B32(A32)_SFLOAT, B10G11R11_UFLOAT and E5B9G9R9_UFLOAT; \
                      write a cube map of one of these, without supercompression or with Zstandard"
                 ));
             }

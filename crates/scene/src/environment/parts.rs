@@ -178,7 +178,7 @@ impl EnvironmentMap {
             return Ok(self);
         }
         let message = format!(
-            "it has one level; what is prefiltered has several: \
+            "it has one level; a prefiltered map has several: \
              a cube map with levels (.ktx2), or a picture for each, NAME_{LEVEL}.hdr"
         );
         Err(EnvironmentError { name: self.name, message })

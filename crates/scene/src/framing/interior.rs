@@ -13,7 +13,7 @@ use crate::{Aabb, Mesh, Primitive, Projection, Scene};
 use glam::{Mat3, Mat4, Vec3};
 use std::sync::Arc;
 
-/// From where a scene is seen that encloses its middle.
+/// The camera inside a scene that encloses its middle.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Interior {
     /// The camera's transform: at the height of a person's eye, at one end of the longest free way, looking along it.

@@ -4,7 +4,7 @@ use super::{Image, ImageError, ImageSource, MAX_DECODE_BYTES, MAX_IMAGE_SIZE_TEX
 use crate::environment::{RADIANCE_MAX, cut, decode_light, holds_light};
 use half::f16;
 
-/// Light of half floats, rows from the top.
+/// Linear light in half floats, rows from the top.
 #[derive(Clone, Debug, PartialEq)]
 pub struct HalfFloats {
     /// Width in texels.
@@ -61,7 +61,7 @@ impl Image {
     /// # Errors
     /// It is another file, a broken one, or too large.
     pub fn decode_light(&self) -> Result<HalfFloats, ImageError> {
-        let ImageSource::Encoded(bytes) = &self.source else { return Err(self.error("it is no file of light")) };
+        let ImageSource::Encoded(bytes) = &self.source else { return Err(self.error("it is not a file of light")) };
         if !holds_light(bytes) {
             return Err(self.error("it is neither Radiance (.hdr) nor OpenEXR (.exr)"));
         }

@@ -81,7 +81,7 @@ pub struct LightMap {
     pub light: Mapped<f32>,
     /// How its texels are written.
     pub encoding: LightEncoding,
-    /// Where that light comes from, placed as the light itself is; without it normal maps leave the light as it is. Red,
+    /// Where that light comes from, placed as the light itself is; without it normal maps do not change baked light. Red,
     /// green and blue, linear and of 8 bits, are d / 2 + 1 / 2. The vector d, in world space, is the mean of unit directions
     /// towards the light, each weighted by its share of the luminance of irradiance: d = Σ Y cosθ ω / Σ Y cosθ, where θ is
     /// from the mesh's normal. Its length is 1 for light from one distant place, 2/3 for even light from everywhere, then

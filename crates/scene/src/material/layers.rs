@@ -136,7 +136,7 @@ impl Default for Volume {
     }
 }
 
-/// A place of a material where a texture may be.
+/// A texture slot of a material's layer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum LayerMap {
     /// Alpha of [`Specular::weight`].

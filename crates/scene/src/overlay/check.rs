@@ -31,7 +31,7 @@ fn check_length(key: &'static str, length: f32, most: f32) -> Result<(), Overlay
     if length > 0.0 && length <= most {
         return Ok(());
     }
-    Err(fault(key, format!("{length} is no length above 0 and at most {most} pixels")))
+    Err(fault(key, format!("{length} is not a length above 0 and at most {most} pixels")))
 }
 
 fn check_share(key: &'static str, share: f32) -> Result<(), OverlayFault> {
@@ -55,22 +55,22 @@ impl OverlayItem {
     pub fn check(&self) -> Result<(), OverlayFault> {
         let is_color = |color: glam::Vec3| color.is_finite() && color.min_element() >= 0.0;
         if !is_color(self.color_linear) {
-            return Err(fault("color", "it is no colour: three finite numbers of at least 0"));
+            return Err(fault("color", "it is not a colour: three finite numbers of at least 0"));
         }
         check_share("opacity", self.opacity)?;
         check_place("position", self.place.offset_px)?;
         if let PlaceOf::World(position) = &self.place.of
             && !position.is_finite()
         {
-            return Err(fault("at_world", "it is no place: three finite numbers"));
+            return Err(fault("at_world", "it is not a position: three finite numbers"));
         }
         if !self.depth_offset_m.is_finite() {
-            return Err(fault("depth_offset_m", "it is no finite number"));
+            return Err(fault("depth_offset_m", "it is not a finite number"));
         }
         if self.depth_test && !self.is_in_world() {
             return Err(fault(
                 "depth_test",
-                "what is told in pixels of the picture has no depth; give it `at_world`, `node` or `points_world`",
+                "an item placed in pixels of the picture has no depth; give it `at_world`, `node` or `points_world`",
             ));
         }
         match &self.shape {
@@ -78,7 +78,7 @@ impl OverlayItem {
                 if let Some((color, opacity)) = text.background {
                     check_share("background_opacity", opacity)?;
                     if !is_color(color) {
-                        return Err(fault("background", "it is no colour: three finite numbers of at least 0"));
+                        return Err(fault("background", "it is not a colour: three finite numbers of at least 0"));
                     }
                 }
                 text.check()
@@ -122,7 +122,7 @@ impl OverlayLine {
             }
             LinePoints::World(points) => {
                 if !points.iter().all(|point| point.is_finite()) {
-                    return Err(fault("points_world", "a point is no place: three finite numbers"));
+                    return Err(fault("points_world", "a point is not a position: three finite numbers"));
                 }
                 ("points_world", points.len())
             }
@@ -146,7 +146,7 @@ impl OverlaySprite {
         check_length(key(0, "width_px"), size_px.x, SIDE_PX_MAX)?;
         check_length(key(1, "height_px"), size_px.y, SIDE_PX_MAX)?;
         if !self.rotation_deg.is_finite() {
-            return Err(fault("rotation_deg", "it is no finite number"));
+            return Err(fault("rotation_deg", "it is not a finite number"));
         }
         Ok(())
     }
@@ -158,7 +158,7 @@ impl OverlayMonitor {
             length.map_or(Ok(()), |length| check_length(key, length, SIDE_PX_MAX))?;
         }
         if !self.rotation_deg.is_finite() {
-            return Err(fault("rotation_deg", "it is no finite number"));
+            return Err(fault("rotation_deg", "it is not a finite number"));
         }
         Ok(())
     }

@@ -60,7 +60,7 @@ impl Font {
         if bytes.len() > MAX_FONT_BYTES {
             return Err(format!("`{name}` is larger than 64 MiB"));
         }
-        let no_font = || format!("`{name}` is no font that can be read; name a TrueType or OpenType file (.ttf, .otf)");
+        let no_font = || format!("`{name}` is not a readable font; name a TrueType or OpenType file (.ttf, .otf)");
         let font = FontVec::try_from_vec(bytes).map_err(|_| no_font())?;
         let units_per_em = font.units_per_em().filter(|units| *units > 0.0).ok_or_else(no_font)?;
         if font.height_unscaled().is_nan() || font.height_unscaled() <= 0.0 {
@@ -157,7 +157,10 @@ mod tests {
     fn what_is_no_font_is_refused() {
         for bytes in [Vec::new(), b"no font".to_vec(), include_bytes!("manypass_sans.ttf")[..2000].to_vec()] {
             let error = Font::parse("a.ttf", bytes).unwrap_err();
-            assert!(error.starts_with("`a.ttf` is no font") || error.starts_with("`a.ttf` has no outlines"), "{error}");
+            assert!(
+                error.starts_with("`a.ttf` is not a readable font") || error.starts_with("`a.ttf` has no outlines"),
+                "{error}"
+            );
         }
     }
 }

@@ -104,7 +104,7 @@ impl DecalEntry {
             return Err(table.fault("up", "`up` has no length; [0, 1, 0] points up"));
         }
         if table.vector("spread_m").is_some_and(|spread_m| spread_m.min_element() < 0.0) {
-            return Err(table.fault("spread_m", "`spread_m` is an extent along X, Y and Z, none of which is below 0"));
+            return Err(table.fault("spread_m", "`spread_m` is an extent along X, Y and Z, each at least 0"));
         }
         let angle_deg = table.pair("angle_deg").unwrap_or(Vec2::new(60.0, 80.0));
         let is_end = angle_deg.y > 0.0 && (angle_deg.x..=180.0).contains(&angle_deg.y);

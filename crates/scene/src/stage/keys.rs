@@ -1,4 +1,4 @@
-//! The keys of stage files, declared once: for the reader, the schema for editors, and the documentation.
+//! The keys of stage files, declared once for the reader, the schema and the documentation.
 
 mod effects;
 mod overlay;
@@ -10,7 +10,7 @@ pub(super) use overlay::OVERLAY;
 pub(super) use scene::{LIGHTS, MATERIALS, NODES};
 pub(super) use views::{MIRRORS, MONITORS, PORTALS, PROBES, REFLECTION_PROBES};
 
-/// What a key takes.
+/// The type of a key's value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum StageType {
     /// Any text.
@@ -39,7 +39,7 @@ pub enum StageType {
     Number {
         /// The least one.
         min: f64,
-        /// Whether that itself is too small.
+        /// Whether the least one is excluded.
         is_above: bool,
         /// The largest one.
         max: f64,
@@ -51,32 +51,32 @@ pub enum StageType {
 pub struct StageKey {
     /// Its name.
     pub name: &'static str,
-    /// What it takes.
+    /// The type of its value.
     pub kind: StageType,
-    /// Whether the table cannot be without it.
+    /// Whether the table needs it.
     pub is_required: bool,
-    /// What it does: sentences, with unit and default.
+    /// Its description: sentences, with unit and default.
     pub doc: &'static str,
 }
 
-/// A list of tables, `[[name]]`, or what stands before the first of them.
+/// A list of tables, `[[name]]`, or the keys before the first table.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StageTable {
-    /// Its name; empty for what stands before all tables.
+    /// Its name; empty for the keys before all tables.
     pub name: &'static str,
-    /// What one of them is.
+    /// The description of one table.
     pub doc: &'static str,
-    /// The keys of one of them.
+    /// The keys of one table.
     pub keys: &'static [StageKey],
 }
 
-/// Tables of settings: the name, and what they hold.
+/// Tables of settings: name and description.
 pub const SETTINGS_TABLES: [(&str, &str); 4] = [
     ("environment", "The settings `environment.*`; `color` is `source` as a colour."),
     ("fog", "The settings `fog.*`."),
     (
         "effects",
-        "The settings `effects.*`: `chain = [\"bloom\", \"own.wgsl\"]`; files are seen from the stage's folder.",
+        "The settings `effects.*`: `chain = [\"bloom\", \"own.wgsl\"]`; paths are from the folder of the stage.",
     ),
     (
         "settings",
@@ -96,10 +96,10 @@ const fn from(min: f64) -> StageType {
     StageType::Number { min, is_above: false, max: f32::MAX as f64 }
 }
 
-/// What a file begins with.
+/// The beginning of a file.
 const FILE: StageTable = StageTable {
     name: "",
-    doc: "What a stage begins with.",
+    doc: "The beginning of a stage.",
     keys: &[required(
         "model",
         StageType::Text,
@@ -121,7 +121,7 @@ const fn length(max: f32) -> StageType {
 /// Any finite number.
 const FINITE: StageType = StageType::Number { min: f32::MIN as f64, is_above: false, max: f32::MAX as f64 };
 
-/// All of them but the tables of settings.
+/// All tables except those of settings.
 pub const TABLES: [StageTable; 14] = [
     FILE,
     LIGHTS,
@@ -140,7 +140,7 @@ pub const TABLES: [StageTable; 14] = [
 ];
 
 impl StageType {
-    /// What it takes, in words.
+    /// The expected value, in words.
     pub fn expected(&self) -> String {
         match self {
             Self::Text => "a text in quotes".into(),

@@ -129,7 +129,8 @@ impl LightChange {
         };
         let foreign = ["position", "direction", "target", "inner_cone_deg", "outer_cone_deg"];
         if let Some(key) = foreign.iter().find(|key| table.place(key).is_some()) {
-            let message = format!("`{key}` is of new lights, which have a `kind`; this changes lights of the model");
+            let message =
+                format!("`{key}` is only for new lights, which have a `kind`; this changes lights of the model");
             return Err(table.fault(key, message));
         }
         Ok(Self {
@@ -186,9 +187,11 @@ impl LightChange {
         match (self.radius_m.map(|_| "radius_m").or(self.range_m.map(|_| "range_m")), self.tangent) {
             (Some(key), _) if !has_other => {
                 let remedy = if key == "radius_m" { ": give it `angle_deg`" } else { "" };
-                fault(format!("`{name}` is directional light, which has no `{key}`{remedy}"))
+                fault(format!("`{name}` is a directional light, which has no `{key}`{remedy}"))
             }
-            (_, Some(_)) if !has_directional => fault(format!("`{name}` is no directional light: give it `radius_m`")),
+            (_, Some(_)) if !has_directional => {
+                fault(format!("`{name}` is not a directional light: give it `radius_m`"))
+            }
             _ => Ok(()),
         }
     }

@@ -169,7 +169,7 @@ pub fn named_effects(path: &Path) -> Vec<PathBuf> {
 }
 
 const TOO_LARGE: &str = "it is larger than 16 MiB";
-const NO_TEXT: &str = "it is no text in UTF-8";
+const NO_TEXT: &str = "it is not UTF-8 text";
 
 /// The text.
 fn read_text(path: &Path) -> Result<String, String> {

@@ -119,7 +119,8 @@ fn seen(table: &Table<'_>) -> Result<Seen, Box<Diagnostic>> {
                 return Err(table.source.fault(table.range.clone(), message));
             };
             let rotation = look_along(target - position, Vec3::Y);
-            let fault = || table.fault("target", "`position` and `target` are one place, which is no direction");
+            let fault =
+                || table.fault("target", "`position` and `target` are the same point, which gives no direction");
             let rotation = rotation.ok_or_else(fault)?;
             let fov_y_rad = table.number("fov_deg").map_or(DEFAULT_FOV_Y_RAD, f32::to_radians);
             Ok(Seen::At(MonitorCamera::Fixed {
@@ -156,7 +157,7 @@ pub(super) fn update_of(table: &Table<'_>) -> Result<Update, Box<Diagnostic>> {
     let every = table.number("every").map(|every| whole(table, "every", every)).transpose()?;
     let update = match (table.text("update").map(|word| word.value == UPDATES[1]), every) {
         (Some(true), Some(_)) => {
-            return Err(table.fault("every", "what is drawn once is not drawn every so many frames"));
+            return Err(table.fault("every", "`every` does not go with `update = \"once\"`"));
         }
         (Some(true), None) => Update::Once,
         (_, Some(frames)) if frames > 1 => Update::Every(frames),

@@ -100,7 +100,7 @@ fn check_keys(table: &Table<'_>) -> Result<(), Box<Diagnostic>> {
     }
     for (key, of) in OF_SHAPES {
         if table.place(key).is_some() && !of.iter().any(|shape| table.place(shape).is_some()) {
-            return Err(table.fault(key, format!("`{key}` is of what has `{}`", of.join("` or `"))));
+            return Err(table.fault(key, format!("`{key}` is only for items with `{}`", of.join("` or `"))));
         }
     }
     let in_world = [table.place("at_world"), table.place("node"), table.place("points_world")];

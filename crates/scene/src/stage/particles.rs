@@ -30,7 +30,7 @@ impl ParticlesEntry {
         let mut particles = Particles::new(name, preset, count.unwrap_or(COUNT));
         let (center, size_m) = (table.vector("center"), table.vector("size_m"));
         if size_m.is_some_and(|size_m| size_m.min_element() < 0.0) {
-            return Err(table.fault("size_m", "`size_m` is an extent along X, Y and Z, none of which is below 0"));
+            return Err(table.fault("size_m", "`size_m` is an extent along X, Y and Z, each at least 0"));
         }
         particles.emit_from(center.unwrap_or_default(), size_m.unwrap_or_default());
         if let Some(rate) = table.number("rate_per_s") {

@@ -55,9 +55,7 @@ impl ProbesEntry {
         let is_live = table.boolean("live");
         if let (Some(false), Some(key)) = (is_live, ["bounces", "layers"].iter().find(|key| table.place(key).is_some()))
         {
-            return Err(
-                table.fault(key, format!("`{key}` is of probes whose light frames find; leave out `live = false`"))
-            );
+            return Err(table.fault(key, format!("`{key}` is only for live probes; leave out `live = false`")));
         }
         let usual = LiveProbes::default();
         let bounces = table.number("bounces").map(|bounces| whole(table, "bounces", bounces)).transpose()?;

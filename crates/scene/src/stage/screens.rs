@@ -30,7 +30,8 @@ impl Screen {
         let materials = table.text("material");
         let is_emission = table.text("slot").is_none_or(|slot| slot.value == SLOTS[0]);
         if !is_emission && table.place("luminance_cd_m2").is_some() {
-            let message = "`luminance_cd_m2` is of screens; a base colour is as bright as the light that reaches it";
+            let message =
+                "`luminance_cd_m2` is only for screens; a base colour is as bright as the light that reaches it";
             return Err(table.fault("luminance_cd_m2", message));
         }
         let of_material = ["slot", "luminance_cd_m2", "texcoord"];

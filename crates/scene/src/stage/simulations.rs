@@ -45,7 +45,7 @@ pub(super) fn program_of(
 ) -> Result<Program, Box<Diagnostic>> {
     let fault = |message: String| source.fault(file.range.clone(), message);
     let bytes = text_of(&file.value).map_err(fault)?;
-    let text = String::from_utf8(bytes).map_err(|_| fault(format!("`{}` is no text in UTF-8", file.value)))?;
+    let text = String::from_utf8(bytes).map_err(|_| fault(format!("`{}` is not UTF-8 text", file.value)))?;
     let folder = std::path::Path::new(&source.file).parent().unwrap_or(std::path::Path::new(""));
     Ok(Program::Text { file: folder.join(&file.value).display().to_string(), text: text.into() })
 }

@@ -191,7 +191,8 @@ pub(super) fn tables<'t, 'i>(
 fn refused(source: &Source, key: &StageKey, value: &Spanned<DeValue<'_>>) -> Box<Diagnostic> {
     let shown = source.text.get(value.span()).unwrap_or_default();
     let shown: String = shown.chars().take(40).collect();
-    source.fault(value.span(), format!("`{shown}` is no value of `{}`, which takes {}", key.name, key.kind.expected()))
+    source
+        .fault(value.span(), format!("`{shown}` is not a value of `{}`, which takes {}", key.name, key.kind.expected()))
 }
 
 fn read(key: &StageKey, value: &DeValue<'_>) -> Option<Value> {

@@ -223,7 +223,9 @@ fn an_overlay_reads_its_files_once() {
     assert_eq!((&at_node.place.of, at_node.depth_test), (&PlaceOf::Node("Floor".into()), true));
     let OverlayShape::Sprite(drawn) = &sized.shape else { panic!("{sized:?}") };
     assert_eq!(drawn.drawn_size_px(), glam::Vec2::new(7.0, 7.0));
-    for (name, expected) in [("f.ttf", "4:8: error: `f.ttf` is no font"), ("a.png", "7:10: error: image \"a.png\"")] {
+    for (name, expected) in
+        [("f.ttf", "4:8: error: `f.ttf` is not a readable font"), ("a.png", "7:10: error: image \"a.png\"")]
+    {
         let font = include_bytes!("../overlay/manypass_sans.ttf");
         let mut broken = |asked: &str| {
             let whole = if asked == "f.ttf" { font.to_vec() } else { png.clone() };
@@ -251,7 +253,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("lights = [1]", "2:11: error:", "write [[lights]] above each"),
     ("[[fog]]", "2:", "write [fog] above them"),
     ("environment = \"ff8800\"", "2:15: error:", "write [environment] above them"),
-    ("[[lights]]\nkind = \"sun\"", "3:8: error: `\"sun\"` is no value of `kind`", "\"spot\" or \"directional\""),
+    ("[[lights]]\nkind = \"sun\"", "3:8: error: `\"sun\"` is not a value of `kind`", "\"spot\" or \"directional\""),
     ("[[lights]]\nkind = \"point\"", "3:8: error: a point light needs `position`", ""),
     ("[[lights]]\nkind = \"spot\"\nposition = [0, 1, 0]", "3:8: error: a spot light needs `direction` or `target`", ""),
     ("[[lights]]\nkind = \"directional\"\ntarget = [0, 0, 0]", "4:10: error: `target` needs `position`", ""),
@@ -260,17 +262,21 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("[[lights]]\nkind = \"point\"\nposition = [0, nan, 0]", "4:12: error:", "three finite numbers"),
     ("[[lights]]\nkind = \"point\"\nposition = [0, 0]", "4:12: error:", "[x, y, z]"),
     ("[[lights]]\nintensity = 3", "2:1: error: a light needs `kind` if it is new", ""),
-    ("[[lights]]\nname = \"Lamp\"\nposition = [0, 0, 0]", "4:12: error: `position` is of new lights", ""),
+    ("[[lights]]\nname = \"Lamp\"\nposition = [0, 0, 0]", "4:12: error: `position` is only for new lights", ""),
     ("[[lights]]\nname = \"Lampe\"", "3:8: error: the model has no light called `Lampe`; did you mean `Lamp`?", ""),
     (
         "[[lights]]\nname = \"Sun\"\nradius_m = 1",
-        "3:8: error: `Sun` is directional light, which has no `radius_m`: give it `angle_deg`",
+        "3:8: error: `Sun` is a directional light, which has no `radius_m`: give it `angle_deg`",
         "",
     ),
-    ("[[lights]]\nname = \"Lamp\"\nangle_deg = 1", "3:8: error: `Lamp` is no directional light", ""),
+    ("[[lights]]\nname = \"Lamp\"\nangle_deg = 1", "3:8: error: `Lamp` is not a directional light", ""),
     ("[[nodes]]\ncast_shadow = true", "2:1: error: `name` is missing", ""),
     ("[[nodes]]\nname = \"floor\"\ncast_shadow = true", "3:8: error: the model has no node called `floor`", "`Floor`"),
-    ("[[materials]]\nname = \"x\"\ncast_shadow = 1", "4:15: error: `1` is no value of `cast_shadow`", "true or false"),
+    (
+        "[[materials]]\nname = \"x\"\ncast_shadow = 1",
+        "4:15: error: `1` is not a value of `cast_shadow`",
+        "true or false",
+    ),
     (
         "[[materials]]\nname = \"glas\"",
         "3:8: error: the model has no material called `glas`; did you mean `glass`?",
@@ -292,12 +298,12 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("[[materials]]\nname = \"glass\"\nheight_map = \"a.png\"", "4:14: error:", "needs `height_depth_m`"),
     (
         "[[materials]]\nname = \"glass\"\nheight_map = \"a.png\"\nheight_depth_m = 0",
-        "5:18: error: `0` is no value of `height_depth_m`",
+        "5:18: error: `0` is not a value of `height_depth_m`",
         "above 0",
     ),
     (
         "[[materials]]\nname = \"glass\"\nheight_map = \"a.png\"\nheight_depth_m = 1\nheight_method = \"relief\"",
-        "6:17: error: `\"relief\"` is no value of `height_method`",
+        "6:17: error: `\"relief\"` is not a value of `height_method`",
         "\"steep\" or \"occlusion\"",
     ),
     (
@@ -317,7 +323,7 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("[[overlay]]\ntext = \"a\\u0007b\"", "3:8: error: the text holds the control character U+0007", ""),
     (
         "[[overlay]]\ntext = \"a\"\nsize_px = nan",
-        "4:11: error: `nan` is no value of `size_px`",
+        "4:11: error: `nan` is not a value of `size_px`",
         "above 0 and at most 1000",
     ),
     ("[[overlay]]\ntext = \"a\"\nsize_px = 0", "4:11: error:", "above 0"),
@@ -326,11 +332,11 @@ const WRONG: &[(&str, &str, &str)] = &[
     ("[[overlay]]\ntext = \"a\"\nposition = [1]", "4:12: error:", "[x, y]"),
     (
         "[[overlay]]\ntext = \"a\"\nanchor = \"middle\"",
-        "4:10: error: `\"middle\"` is no value of `anchor`",
+        "4:10: error: `\"middle\"` is not a value of `anchor`",
         "\"center\"",
     ),
-    ("[[overlay]]\ntext = \"a\"\ndepth_test = true", "4:14: error: what is told in pixels", "`at_world`"),
-    ("[[overlay]]\ntext = \"a\"\nwidth_px = 2", "4:12: error: `width_px` is of what has `points`", "`sprite`"),
+    ("[[overlay]]\ntext = \"a\"\ndepth_test = true", "4:14: error: an item placed in pixels", "`at_world`"),
+    ("[[overlay]]\ntext = \"a\"\nwidth_px = 2", "4:12: error: `width_px` is only for items with `points`", "`sprite`"),
     ("[[overlay]]\ntext = \"a\"\nfont = \"\"", "4:8: error: the name of `font` is empty", ".ttf"),
     ("[[overlay]]\ntext = \"a\"\nfont = \"a.ttf\"", "4:8: error:", "`a.ttf` was not given"),
     ("[[overlay]]\ntext = \"a\"\nsprite = \"a.png\"", "4:10: error: an item is one thing: `text` or `sprite`", ""),

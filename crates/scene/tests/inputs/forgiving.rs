@@ -33,7 +33,7 @@ fn obj_is_read_whatever_its_lines_hold_besides() {
         ("l 1\nf 1 2 3", 1, "line 7: a line of fewer than two vertices"),
         ("p\nf 1 2 3", 1, "points without a vertex"),
         ("cstype bezier\nf 1 2 3\ncstype bezier", 1, "line 7 (first of 2): \"cstype\" is not read"),
-        ("xyzzy 1\nplugh\nf 1 2 3", 1, "line 7 (first of 2): \"xyzzy\" is no statement of OBJ"),
+        ("xyzzy 1\nplugh\nf 1 2 3", 1, "line 7 (first of 2): \"xyzzy\" is not a statement of OBJ"),
         ("f 1 2 4 \\\n 3", 2, ""),
         ("f 1//1 2//1 3//1", 1, ""),
     ] {
@@ -149,9 +149,9 @@ fn ply_is_read_with_what_it_says_besides() {
     for (from, to, triangles, said) in [
         ("1 1 0", "1. +1.e0 .0", 2, ""),
         ("1 1 0", "1 1 -.0 99", 2, ""),
-        ("0 1 0\n", "0 nan 0\n", 1, "face 1: a face with a corner at no place"),
-        ("0 1 0\n", "0 1.#QNAN 0\n", 1, "face 1: a face with a corner at no place"),
-        ("0 1 0\n", "0 inf 0\n", 1, "face 1: a face with a corner at no place"),
+        ("0 1 0\n", "0 nan 0\n", 1, "face 1: a face with a corner without a position"),
+        ("0 1 0\n", "0 1.#QNAN 0\n", 1, "face 1: a face with a corner without a position"),
+        ("0 1 0\n", "0 inf 0\n", 1, "face 1: a face with a corner without a position"),
         ("3 0 2 3", "2 0 2", 1, "face 1: a face of fewer than three corners"),
         (
             "float z\n",
@@ -180,7 +180,7 @@ fn ply_is_read_with_what_it_says_besides() {
     check(&loaded);
     assert_eq!((primitives(&loaded)[0].topology, primitives(&loaded)[0].positions.len()), (Topology::Points, 2));
     assert!(
-        loaded.warnings.len() == 1 && loaded.warnings[0].contains("1 of 3 points lie at no place"),
+        loaded.warnings.len() == 1 && loaded.warnings[0].contains("1 of 3 points have no position"),
         "{:?}",
         loaded.warnings
     );

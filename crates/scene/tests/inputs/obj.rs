@@ -211,8 +211,8 @@ fn displacement_is_relief() {
 fn what_is_wrong_is_said_with_its_line() {
     let with = |rest: &str| refusal("a.obj", format!("{SQUARE}{rest}\n").as_bytes());
     assert!(with("f 1 2 5").contains("line 8: v 5 is named, and the file has 4"));
-    assert!(with("f 1 2 -5").contains("line 8: \"-5\" is no vertex"));
-    assert!(with("f 1 2 0").contains("line 8: \"0\" is no vertex"));
+    assert!(with("f 1 2 -5").contains("line 8: \"-5\" is not a vertex"));
+    assert!(with("f 1 2 0").contains("line 8: \"0\" is not a vertex"));
     assert!(with("f 1/1 2/1 3/9").contains("line 8: vt 9"));
     assert!(with("f 1//2 2 3").contains("line 8: vn 2"));
     assert!(with("f 1 2 99999999999999999999").contains("line 8"));

@@ -73,7 +73,7 @@ property list int int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n1 1 0\n8 
 #[test]
 fn what_is_wrong_is_said_with_its_place() {
     for (from, to, expected) in [
-        ("1 0 0 255", "1 one 0 255", "\"one\" is no number"),
+        ("1 0 0 255", "1 one 0 255", "\"one\" is not a number"),
         ("4 0 1 2 3 9", "4 0 1 2 4 9", "face 0: vertex 4 is named, and the file has 4"),
         ("3 2 1 0 9", "3 2 1 0", "line 2"),
         ("vertex 4", "vertex 4000000000", "counts 4000000000 of the element \"vertex\""),

@@ -60,7 +60,7 @@ fn what_is_wrong_is_said_with_its_place() {
     assert!(text("vertex 1 0 0", "vertex 1 0").contains("line 5: expected 3 numbers"));
     assert!(text("   vertex 1 0 0\n", "").contains("line 7: a facet ends that does not have three vertices"));
     assert!(text(" endfacet\nendsolid my part\r\nSOLID other\nendsolid", "").contains("is it cut off?"));
-    assert!(text("outer", "outre").contains("line 3: \"outre\" is no word of STL"));
+    assert!(text("outer", "outre").contains("line 3: \"outre\" is not a word of STL"));
     let trailing = [&whole[..], b"more"].concat();
     assert!(load("a.stl", &trailing).unwrap().warnings[0].contains("byte 184"));
     assert!(load("a.stl", &bytes_of("", 0, &[])).unwrap().warnings[0].contains("draws nothing"));

@@ -86,7 +86,7 @@ impl Viewer {
     #[wasm_bindgen(js_name = missImage)]
     pub fn miss_image(&mut self, uri: &str, reason: &str) -> Result<(), JsError> {
         if self.late.give_up(uri) > 0 {
-            self.warnings.push(format!("image `{uri}` did not come, and materials do without it: {reason}"));
+            self.warnings.push(format!("image `{uri}` was not loaded, and materials do without it: {reason}"));
             self.finish_images()?;
         }
         Ok(())

@@ -36,7 +36,7 @@ impl Viewer {
         let name = JsValue::from(name).as_string().unwrap_or_default();
         let aov = Aov::ALL.iter().copied().find(|aov| aov.name() == name).ok_or_else(|| {
             let known: Vec<&str> = Aov::ALL.iter().map(|aov| aov.name()).collect();
-            JsError::new(&format!("there is no variable `{name}`; there is: {}", known.join(", ")))
+            JsError::new(&format!("there is no AOV `{name}`; there is: {}", known.join(", ")))
         })?;
         let pixels = if aov == Aov::Radiance {
             AovPixels::Float { components: 4, data: self.read_radiance().await? }

@@ -1,28 +1,28 @@
-//! Settings of the pictures that show how a frame is made.
+//! Settings of debug views.
 
 use crate::setting::{choices, settings};
 
 choices! {
-    /// What is shown in place of the picture.
+    /// A debug view, shown in place of the picture.
     pub enum DebugView {
         /// The picture.
         #[default]
         Off = "off",
-        /// How many lights are visited for a pixel.
+        /// Lights that are visited for a pixel.
         Lights = "lights",
-        /// How many fragments of surfaces are drawn for a pixel.
+        /// Fragments of surfaces that are drawn for a pixel.
         Overdraw = "overdraw",
         /// Texture coordinates.
         Uv = "uv",
         /// World normals.
         Normals = "normals",
-        /// Texels of the base colour a pixel.
+        /// Texels of the base colour per pixel.
         TexelDensity = "texel_density",
-        /// Inputs that cannot be right.
+        /// Invalid inputs.
         Flags = "flags",
-        /// The slices, along the view axis, of the lists of lights.
+        /// Slices of light clusters along the view axis.
         Clusters = "clusters",
-        /// The cascades that shadows of parallel light are read from.
+        /// Shadow cascades of directional lights.
         Cascades = "cascades",
         /// The levels of detail.
         Levels = "levels",
@@ -34,12 +34,12 @@ choices! {
 }
 
 settings! {
-    /// Settings of the pictures that show how a frame is made.
+    /// Settings of debug views.
     pub struct DebugSettings {
-        /// What is shown in place of the picture: lights visited for a pixel, fragments drawn for it, texture
-        /// coordinates, world normals, texels of the base colour a pixel, inputs that cannot be right, slices of
-        /// clusters, cascades of shadows, levels of detail, the picture with its probes as spheres, or the probes that
-        /// light each pixel; radiance and variables stay what they are. `--contact-sheet` has the legend.
+        /// The debug view in place of the picture. Per pixel it shows visited lights, drawn fragments, texture
+        /// coordinates, world normals, texels of the base colour, or invalid inputs. Or it shows slices of clusters,
+        /// cascades, levels of detail, probes as spheres, or the probes that light each pixel. Radiance and AOVs do not
+        /// change. `--contact-sheet` has the legend.
         view: DebugView = DebugView::Off;
     }
 }

@@ -11,7 +11,7 @@ use manypass_graph::{ColorLoad, Handle, TextureDesc};
 /// What lists of passes say of this one.
 pub const PASS: PassInfo = PassInfo::new("present");
 
-/// A texture of the caller's that a picture is drawn to.
+/// A render target of the caller: the texture to which a picture is drawn.
 #[derive(Clone, Debug)]
 pub struct Target {
     /// A view of one mip and layer.
@@ -55,7 +55,7 @@ impl Target {
         }
         use wgpu::TextureFormat as F;
         let blends = [F::Rgba8Unorm, F::Rgba8UnormSrgb, F::Bgra8Unorm, F::Bgra8UnormSrgb, F::Rgba16Float];
-        (!blends.contains(&self.format)).then(|| format!("its format {:?} is none of {blends:?}", self.format))
+        (!blends.contains(&self.format)).then(|| format!("its format {:?} is not among {blends:?}", self.format))
     }
 }
 

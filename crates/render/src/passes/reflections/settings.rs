@@ -1,32 +1,30 @@
-//! Settings of reflections of the picture.
+//! Settings of screen-space reflections.
 
 use crate::resolution::Resolution;
 use crate::setting::{Switch, rounded_up, settings};
 
 settings! {
-    /// Settings of reflections of the picture.
+    /// Settings of screen-space reflections (SSR).
     pub struct ReflectionSettings {
-        /// Whether opaque surfaces reflect each other, as far as the picture shows them, in place of the environment
-        /// behind. Glass does not; stills draw all samples of all pixels.
+        /// Screen-space reflections (SSR): opaque surfaces reflect each other in place of the environment, as far as
+        /// the picture shows them. Transmissive surfaces have none. Stills draw all samples of all pixels.
         enabled: Switch = Switch::Auto;
-        /// The roughest surfaces that reflect the picture; over the last fifth below it that fades out.
+        /// The roughness up to which surfaces have screen-space reflections. These fade out over the last fifth below
+        /// it.
         roughness_max: f32 = 0.5, in 0.0..=1.0, unit "perceptual roughness", needs "reflections.enabled=true";
-        /// The size at which rays are followed; what they find is brought to the picture's by what lies on the same
-        /// surface.
+        /// The size at which rays are traced. The result is upsampled from texels of the same surface.
         resolution: Resolution = Resolution::Half, needs "reflections.enabled=true";
-        /// How far rays go; what lies in the last quarter fades out. 0 for as far as anything is drawn, without
-        /// fading.
+        /// The length of rays; the last quarter fades out. 0 for as far as anything is drawn, without fading.
         distance_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "reflections.enabled=true";
-        /// How far surfaces are taken to go on behind what is seen of them, so that rays which pass there end; the
-        /// farther behind, the less that counts. 0 for a 250th of the extent of what is seen.
+        /// The thickness of surfaces behind their visible front; rays that pass there end. Hits farther behind count
+        /// less. 0 for a 250th of the visible extent.
         thickness_m: f32 = 0.0, in 0.0..=1e6, unit "m", needs "reflections.enabled=true";
-        /// What a ray brings is cut to so many times the display's white, divided by the square of the surface's
-        /// roughness: mirrors show lamps as bright as they are, unless a single ray meets one, and rough surfaces have
-        /// no bright dots of the few rays that do. It rises by the square root of the number of samples that the
-        /// picture averages. 0 cuts nothing.
+        /// The clamp on the radiance that a ray brings, divided by the square of the surface's roughness. Mirrors show
+        /// lamps as bright as they are, unless a single ray meets one. Rough surfaces get no fireflies. The clamp rises
+        /// with the square root of the number of samples that the picture averages. 0 clamps nothing.
         brightness_max: f32 = 0.5, in 0.0..=1e6, unit "× white", needs "reflections.enabled=true";
-        /// The most steps of a ray, over pixels or over squares of up to 64 × 64 of them where nothing is as near;
-        /// rays that need more find nothing. Rounded up to 32, 96, 256 or 1024, so that a slider makes few pipelines.
+        /// The most steps of a ray. A step crosses one pixel, or a square of up to 64 × 64 where nothing is as near.
+        /// Rays that need more steps find nothing. Rounded up to 32, 96, 256 or 1024, to limit the number of pipelines.
         steps: u32 = 96, in 1..=1024, needs "reflections.enabled=true";
     }
 }

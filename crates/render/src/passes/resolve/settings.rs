@@ -1,14 +1,14 @@
-//! Settings of several samples a pixel.
+//! Settings of multisampling.
 
 use crate::setting::{NumberType, Scalar, SettingField, SettingType, SettingValue, Written, settings};
 
-/// How many samples of a pixel surfaces cover each for itself. Every adapter has these numbers, and no other.
+/// The number of samples a pixel in multisampling. All adapters have these two numbers, and no other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum PixelSamples {
-    /// The middle of the pixel, or for stills the place of the frame's sample.
+    /// One: the middle of the pixel, or in stills the position of the frame's sample.
     #[default]
     One,
-    /// Four places.
+    /// Four samples.
     Four,
 }
 
@@ -43,10 +43,10 @@ impl SettingField for PixelSamples {
 }
 
 settings! {
-    /// Settings of multisampling, several samples of a pixel that are shaded once.
+    /// Settings of multisampling (MSAA): several samples of a pixel are covered and shaded once.
     pub struct MultisamplingSettings {
-        /// How many samples of each pixel surfaces cover, while they are shaded once a pixel: 4 make edges smooth,
-        /// those of masks too (alpha to coverage). For `render.path=forward` alone, other paths are refused.
+        /// The number of samples of each pixel that surfaces cover (MSAA). They are shaded once a pixel. 4 smooths
+        /// edges, also of masks (alpha to coverage). Only `render.path=forward` takes it; other paths refuse it.
         samples: PixelSamples = PixelSamples::One, needs "render.path=forward";
     }
 }

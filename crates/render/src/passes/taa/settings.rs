@@ -5,16 +5,16 @@ use crate::setting::settings;
 settings! {
     /// Settings of temporal anti-aliasing.
     pub struct TaaSettings {
-        /// Whether frames that follow each other are anti-aliased by what the ones before showed: live views, and
-        /// sequences of pictures of one sample. Stills of several samples are not.
+        /// Temporal anti-aliasing: each frame reuses the frames before. It is for live views, and for sequences of
+        /// pictures of one sample. Stills of several samples do without it.
         enabled: bool = false, needs "render.path=deferred";
-        /// The most that the frames before count where something moves; the rest is the frame itself. More is smoother
-        /// and softer.
+        /// The largest weight of the history where something moves; the rest is the frame itself. More is smoother and
+        /// softer.
         feedback: f32 = 0.8, in 0.0..=0.98, unit "share", needs "taa.enabled=true";
-        /// Over how many frames the mean is taken where nothing moves.
+        /// The number of frames of the mean where nothing moves.
         samples: u32 = 64, in 1..=100, unit "frames", needs "taa.enabled=true";
-        /// How far the frames before may differ from what the frame shows around a pixel, in standard deviations. Less
-        /// leaves no trails, and more flicker.
+        /// How far the history may differ from the pixel's neighbourhood in the frame. Less leaves no trails, but more
+        /// flicker.
         clip: f32 = 1.0, in 0.25..=8.0, unit "standard deviations", needs "taa.enabled=true";
     }
 }

@@ -25,7 +25,7 @@ use pipelines::Targets;
 use prepared::{BoundShapes, Chunk, Preparing};
 use std::borrow::Cow;
 
-/// Which surfaces of the draw list a pass draws.
+/// The surfaces of the draw list that a pass draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DrawSelection {
     /// Every one.
@@ -41,7 +41,7 @@ pub enum DrawSelection {
     Plain,
 }
 
-/// What a pass does about the decals of its view.
+/// The use of decals in a pass.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum DecalUse {
     /// What they may touch shows them.
@@ -53,7 +53,7 @@ pub enum DecalUse {
     Marked,
 }
 
-/// A pass that draws surfaces and is being declared: its targets, and what its shader binds in group 1, by WGSL name.
+/// The declaration of a pass that draws surfaces: its targets, and its bindings of group 1 by WGSL name.
 #[must_use = "nothing is drawn before `draw`"]
 pub struct SurfacePass<'r, 'f> {
     name: Cow<'static, str>,

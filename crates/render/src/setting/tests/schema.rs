@@ -201,17 +201,20 @@ fn refusals_in_files_show_the_value_as_it_stands_and_name_the_remedy() {
         read.unwrap_err().to_string()
     };
     for (text, expected) in [
-        ("tone_map.curve = [\"agx\"]", "`[\"agx\"]` is no value of `tone_map.curve`, which takes neutral,"),
+        ("tone_map.curve = [\"agx\"]", "`[\"agx\"]` is not a value of `tone_map.curve`, which takes neutral,"),
         ("tone_map.curve = [\"agx\"]", "exponential or none; write it without brackets"),
         (
             "render.scale = \"0.5\"",
-            "`0.5` is no value of `render.scale`, which takes a number from 0.25 to 2; write it without q",
+            "`0.5` is not a value of `render.scale`, which takes a number from 0.25 to 2; write it without q",
         ),
         ("background.source = 202428", "such as ff8800,112233; write it in quotes"),
         ("exposure.stops = \"1.5\"", "such as auto+1 or auto-0.5; write it without quotes"),
-        ("environment.intensity = 1e39", "`1e39` is no value of `environment.intensity`, which takes a number of at"),
+        (
+            "environment.intensity = 1e39",
+            "`1e39` is not a value of `environment.intensity`, which takes a number of at",
+        ),
         ("environment.intensity = 1e39", "; 32 bits hold numbers up to 3.4028235e38"),
-        ("environment.intensity = inf", "`inf` is no value"),
+        ("environment.intensity = inf", "`inf` is not a value"),
     ] {
         let error = refused(text);
         assert!(error.contains(expected), "{text}: {error}");

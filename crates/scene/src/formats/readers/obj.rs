@@ -289,7 +289,7 @@ impl File {
     fn pass_over(&mut self, keyword: &[u8], line: u32) {
         let message = match UNREAD.contains(&keyword) {
             true => format!("\"{}\" is not read", text::name(keyword)),
-            false => format!("\"{}\" is no statement of OBJ; it is passed over", text::shown(keyword)),
+            false => format!("\"{}\" is not a statement of OBJ; it is passed over", text::shown(keyword)),
         };
         self.warnings.add_as(if UNREAD.contains(&keyword) { &message } else { "no statement" }, Line(line), &message);
     }
@@ -327,7 +327,8 @@ impl File {
 /// Reads `position/uv/normal`, each counted from 1, or backwards from the latest one. Whether they are there is known
 /// at the end.
 fn corner(word: &[u8], counts: [usize; 3], line: u32) -> Result<Corner, LoadError> {
-    let wrong = || at_line(line, format!("\"{}\" is no vertex; expected v, v/vt, v//vn or v/vt/vn", text::shown(word)));
+    let wrong =
+        || at_line(line, format!("\"{}\" is not a vertex; expected v, v/vt, v//vn or v/vt/vn", text::shown(word)));
     let mut corner = [NONE; 3];
     let mut given = word.split(|byte| *byte == b'/');
     for (slot, count) in corner.iter_mut().zip(counts) {

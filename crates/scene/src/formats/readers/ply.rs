@@ -106,7 +106,7 @@ pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadEr
         let lost = count - contents.vertices.len();
         if lost > 0 {
             parts.warn(format!(
-                "{lost} of {count} points lie at no place (their coordinates are no numbers); they are left out"
+                "{lost} of {count} points have no position (their coordinates are not numbers); they are left out"
             ));
         }
         let material = parts.material(plain_material(has.colors));
@@ -265,7 +265,7 @@ fn triangles(contents: &Contents, has_corners: bool, warnings: &mut Tally) -> Re
         })
     };
     let position = |index: &u32| vertices.get(*index as usize).filter(|vertex| is_placed(vertex));
-    let no_place = "a face with a corner at no place (its coordinates are no numbers) is left out";
+    let no_place = "a face with a corner without a position (its coordinates are not numbers) is left out";
     for (place, face) in contents.faces.iter().enumerate() {
         polygon.clear();
         for &index in &face.indices {

@@ -151,7 +151,7 @@ fn read_binary(bytes: &[u8], parts: &mut Parts) -> Result<Solid, LoadError> {
             }
             if position.iter().any(|value| !value.is_finite()) {
                 let place = format!("byte {}", STL_HEADER_BYTES + i * STL_TRIANGLE_BYTES + 12 + 12 * corner);
-                let message = format!("a corner of triangle {i} is at {position:?}, which is no place");
+                let message = format!("a corner of triangle {i} is at {position:?}, which is not a position");
                 return Err(LoadError::malformed(&place, message));
             }
             solid.corner(y_up(position));
@@ -224,7 +224,7 @@ fn read_text(bytes: &[u8], origin: Vec3, extent: &mut Extent, warnings: &mut Tal
             b"endsolid" => is_open = false,
             b"" | b"outer" | b"endloop" => {}
             _ => {
-                let message = format!("\"{}\" is no word of STL", text::shown(&keyword));
+                let message = format!("\"{}\" is not a word of STL", text::shown(&keyword));
                 return Err(at_line(line, message));
             }
         }

@@ -106,7 +106,7 @@ fn read_direction(baked: &Json, light: &TextureRef, slots: &mut Slots) -> Option
         Err(error) => error.into_message(),
     };
     let place = format!("{}/{EXTENSION}/directionTexture", baked.at("extensions"));
-    slots.document.warn(&place, &format!("{message}; normal maps leave the light as it is"));
+    slots.document.warn(&place, &format!("{message}; normal maps do not change baked light"));
     None
 }
 

@@ -1,58 +1,62 @@
-//! The keys of what shows or lights the scene from other places: monitors, mirrors, portals, probes, reflection probes.
+//! The keys of captures: monitors, mirrors, portals, irradiance probes and reflection probes.
 
 use super::{SHARE, StageTable, StageType, UV_SET, from, key, required};
 
-/// What monitors show.
+/// Monitors.
 pub(in crate::stage) const MONITORS: StageTable = StageTable {
     name: "monitors",
-    doc: "What a camera of the scene sees, on the screens of a material, or as an item of `[[overlay]]`.",
+    doc: "A monitor (render to texture): the view of a camera of the scene, on the screens of a material or as an item \
+          of `[[overlay]]`.",
     keys: &[
-        required("name", StageType::Text, "Its name: in reports, and for `monitor` of an `[[overlay]]`."),
+        required("name", StageType::Text, "Its name in reports, and for `monitor` of an `[[overlay]]`."),
         key(
             "camera",
             StageType::Text,
-            "The name of a camera of the model, or of the node that holds it. Without it `position` and `target` say from where.",
+            "The name of a camera of the model, or of its node. Without it `position` and `target` place the camera.",
         ),
-        key("position", StageType::Vector, "Where the camera is, in metres."),
-        key("target", StageType::Vector, "The point that it looks at, in metres."),
+        key("position", StageType::Vector, "The position of the camera, in metres."),
+        key("target", StageType::Vector, "The point at which the camera looks, in metres."),
         key(
             "fov_deg",
             StageType::Number { min: 0.0, is_above: true, max: 179.0 },
             "The vertical field of view of a camera at `position`, in degrees; 45.",
         ),
-        key("material", StageType::Text, "The name of the materials that show it, in which * stands for any letters."),
+        key("material", StageType::Text, "The name of the materials that show it; * stands for any letters."),
         key(
             "slot",
             StageType::Word(super::super::screens::SLOTS),
-            "Whether it is what they emit, as screens do, or their base colour, which light reaches; emission.",
+            "Whether the picture is the materials' emission, as on screens, or their base colour, which is lit; \
+             emission.",
         ),
         key(
             "luminance_cd_m2",
             from(0.0),
-            "How bright white is on a screen. Without it the materials' own factor of emission, or 1 where that is 0.",
+            "The luminance of white on a screen. Without it, the materials' own factor of emission, or 1 where that \
+             is 0.",
         ),
-        key("texcoord", UV_SET, "The UV set that it lies on; that of the map whose place it takes, or 0."),
+        key("texcoord", UV_SET, "The UV set; that of the replaced map, or 0."),
         key("size_px", StageType::Pair, "Width and height of its picture in texels, 1 to 4096 each; [512, 288]."),
         key(
             "exposure_stops",
             StageType::Number { min: -32.0, is_above: false, max: 32.0 },
-            "By how many stops it is exposed more than the picture that shows it; 0.",
+            "Its exposure relative to the picture that shows it, in stops; 0.",
         ),
         key(
             "update",
             StageType::Word(super::super::monitors::UPDATES),
-            "Whether a live view draws it anew in every frame that shows it, or once. Stills and sequences always do; always.",
+            "Whether a live view redraws it in every frame that shows it, or draws it once. Stills and sequences \
+             always redraw it; always.",
         ),
         key(
             "every",
             StageType::Number { min: 1.0, is_above: false, max: 1e6 },
-            "In one of how many frames a live view draws it anew; 1.",
+            "A live view redraws it in one of this many frames; 1.",
         ),
         key("layers", StageType::Layers, "The layers that it shows, by number (`layers` of `[[nodes]]`); all."),
         key(
             "quality",
             StageType::Word(super::super::monitors::QUALITIES),
-            "The tier of quality whose passes draw it; the settings of the picture.",
+            "The quality tier of its view; the settings of the picture.",
         ),
     ],
 };
@@ -60,34 +64,36 @@ pub(in crate::stage) const MONITORS: StageTable = StageTable {
 /// Flat mirrors.
 pub(in crate::stage) const MIRRORS: StageTable = StageTable {
     name: "mirrors",
-    doc: "Flat surfaces that reflect what is before them, off the picture, too: nodes of the model, or a rectangle.",
+    doc: "A flat mirror (planar reflection), which also reflects what the picture does not show: nodes of the model, \
+          or a rectangle.",
     keys: &[
         key(
             "node",
             StageType::Text,
-            "The name of nodes of the model, in which * stands for any letters. Each is a mirror of its own. Without it `position`, \
-             `facing` and `size_m` put a rectangle into the scene.",
+            "The name of nodes of the model; * stands for any letters. Each is a mirror of its own. Without it \
+             `position`, `facing` and `size_m` add a rectangle to the scene.",
         ),
-        key("position", StageType::Vector, "Where the middle of the rectangle is, in metres."),
-        key("facing", StageType::Vector, "Where it faces: a direction of any length."),
+        key("position", StageType::Vector, "The middle of the rectangle, in metres."),
+        key("facing", StageType::Vector, "The direction that it faces, of any length."),
         key("size_m", StageType::Pair, "Its width and height in metres."),
-        key("name", StageType::Text, "What it is called in reports; the name of the node, or mirror."),
+        key("name", StageType::Text, "Its name in reports; the name of the node, or mirror."),
         key(
             "color",
             StageType::Color,
-            "Makes the node's material polished metal of this colour, without layers; its normal map stays. Without it the material stays as the model has it; a rectangle is of silver.",
+            "Makes the node's material polished metal of this colour, without layers; its normal map stays. Without \
+             it the node keeps its material; a rectangle is silver.",
         ),
-        key("roughness", SHARE, "Makes the node's material as rough as this; 0 is a mirror, 0.2 brushed metal."),
+        key("roughness", SHARE, "The roughness of the node's material; 0 is a mirror, 0.2 brushed metal."),
         key(
             "scale",
             StageType::Number { min: 0.0, is_above: true, max: 2.0 },
-            "Width and height of what is drawn for it, as a share of those of the picture; 1.",
+            "Width and height of its view, as a share of those of the picture; 1.",
         ),
         key("layers", StageType::Layers, "The layers that it shows, by number (`layers` of `[[nodes]]`); all."),
         key(
             "quality",
             StageType::Word(super::super::monitors::QUALITIES),
-            "The tier of quality whose passes draw what it shows; the settings of the picture.",
+            "The quality tier of its view; the settings of the picture.",
         ),
     ],
 };
@@ -95,30 +101,35 @@ pub(in crate::stage) const MIRRORS: StageTable = StageTable {
 /// Portals.
 pub(in crate::stage) const PORTALS: StageTable = StageTable {
     name: "portals",
-    doc: "Two flat places that lead into each other: nodes of the model, whose own meshes are not drawn then, or rectangles.",
+    doc: "A portal: two flat places that lead into each other. They are nodes of the model, whose own meshes are not \
+          drawn then, or rectangles.",
     keys: &[
         key(
             "node",
             StageType::Text,
-            "The name of the node that one end is. Without it `position`, `facing` and `size_m` say where that is.",
+            "The name of the node of the first end. Without it `position`, `facing` and `size_m` place that end.",
         ),
-        key("position", StageType::Vector, "Where the middle of the one end is, in metres."),
-        key("facing", StageType::Vector, "Where it faces: a direction of any length."),
-        key("to_node", StageType::Text, "The name of the node that the other end is."),
-        key("to_position", StageType::Vector, "Where the middle of the other end is, in metres."),
-        key("to_facing", StageType::Vector, "Where that faces: what is seen in the one end is what lies there."),
-        key("size_m", StageType::Pair, "Width and height of ends that are rectangles, in metres."),
-        key("name", StageType::Text, "What it is called in reports; portal."),
+        key("position", StageType::Vector, "The middle of the first end, in metres."),
+        key("facing", StageType::Vector, "The direction that the first end faces, of any length."),
+        key("to_node", StageType::Text, "The name of the node of the other end."),
+        key("to_position", StageType::Vector, "The middle of the other end, in metres."),
+        key(
+            "to_facing",
+            StageType::Vector,
+            "The direction that the other end faces. The first end shows what lies there.",
+        ),
+        key("size_m", StageType::Pair, "Width and height of rectangular ends, in metres."),
+        key("name", StageType::Text, "Its name in reports; portal."),
         key(
             "carries",
             StageType::Text,
-            "The name of nodes that go through, in which * stands for any letters, with all below them: meshes that are half through are drawn at \
-             both ends, and light shines through.",
+            "The name of nodes that pass through, with all nodes below them; * stands for any letters. Meshes that \
+             are half through are drawn at both ends, and light shines through.",
         ),
         key(
             "scale",
             StageType::Number { min: 0.0, is_above: true, max: 2.0 },
-            "Width and height of what is drawn for it, as a share of those of the picture; 1.",
+            "Width and height of its view, as a share of those of the picture; 1.",
         ),
         key(
             "layers",
@@ -128,71 +139,87 @@ pub(in crate::stage) const PORTALS: StageTable = StageTable {
         key(
             "quality",
             StageType::Word(super::super::monitors::QUALITIES),
-            "The tier of quality whose passes draw what is seen through it; the settings of the picture.",
+            "The quality tier of its view; the settings of the picture.",
         ),
     ],
 };
 
-/// Light that arrives at places, for the surfaces between them.
+/// Grids of irradiance probes.
 pub(in crate::stage) const PROBES: StageTable = StageTable {
     name: "probes",
-    doc: "A grid of probes: the light that arrives at places in a box, for all surfaces there without light maps, what moves among them. `manypass bake --what probes` finds it; else frames do.",
+    doc: "A grid of irradiance probes: the diffuse light at points in a box. It lights surfaces without light maps, \
+          and objects that move. `manypass bake --what probes` computes it; else frames do.",
     keys: &[
-        key("name", StageType::Text, "What it is called; light that a file has of it is found by this name; probes."),
+        key("name", StageType::Text, "Its name, by which baked light in a file is found; probes."),
         key("center", StageType::Vector, "The middle of its box in metres; that of the model."),
         key("size_m", StageType::Vector, "The extent of its box along X, Y and Z in metres; that of the model."),
         key(
             "spacing_m",
             StageType::Number { min: 0.0, is_above: true, max: f32::MAX as f64 },
-            "How far probes are apart in metres; so far that there are some 2,000.",
+            "The distance between probes in metres; by default there are about 2,000 probes.",
         ),
         key(
             "counts",
             StageType::Vector,
-            "How many probes there are along X, Y and Z, in place of `spacing_m`: at most 128 each, and 16,384 together.",
+            "The number of probes along X, Y and Z, in place of `spacing_m`: at most 128 each, and 16,384 together.",
         ),
-        key("fade_m", from(0.0), "Over how many metres within the box's faces the environment takes over; 0."),
+        key(
+            "fade_m",
+            from(0.0),
+            "The distance within the box's faces over which the environment takes over, in metres; 0.",
+        ),
         key(
             "basis",
             StageType::Word(&crate::probes::ProbeBasis::NAMES),
-            "How light is known at a place: by spherical harmonics of order 2, or by six colours, which are smaller in the file and coarser; harmonics.",
+            "The basis of a probe's light: spherical harmonics of order 2, or an ambient cube of six colours; \
+             harmonics. The cube is smaller in the file and coarser.",
         ),
         key(
             "live",
             StageType::Boolean,
-            "Whether frames find their light, anew when something moves, by drawing what is around each; true, unless the file has their light.",
+            "Whether frames compute the light by drawing views around each probe, again when something moves; true, \
+             unless the file has the light.",
         ),
         key(
             "bounces",
             StageType::Number { min: 1.0, is_above: false, max: crate::probes::LIVE_BOUNCES_MAX as f64 },
-            "How often live ones are drawn around, each time in the light that was found before; 3.",
+            "The bounces of live probes: how often they are drawn, each time in the light of the time before; 3.",
         ),
-        key("layers", StageType::Layers, "The layers that live ones see, by number (`layers` of `[[nodes]]`); all."),
+        key("layers", StageType::Layers, "The layers that live probes see, by number (`layers` of `[[nodes]]`); all."),
     ],
 };
 
-/// What stands for the environment within a box.
+/// Reflection probes.
 pub(in crate::stage) const REFLECTION_PROBES: StageTable = StageTable {
     name: "reflection_probes",
-    doc: "Six pictures around a place. They take the place of the environment for the surfaces within a box: a room, or what is around a glossy thing.",
+    doc: "A reflection probe: six pictures around a point. They replace the environment for the surfaces within a box, \
+          such as a room or the surroundings of a glossy object.",
     keys: &[
         required("center", StageType::Vector, "The middle of the box whose surfaces reflect it, in metres."),
-        required("size_m", StageType::Vector, "Its extent along X, Y and Z, in metres."),
-        key("fade_m", from(0.0), "Over how many metres within its faces the environment takes over; 0."),
-        key("position", StageType::Vector, "From where the pictures are taken, in metres; `center`."),
+        required("size_m", StageType::Vector, "The extent of that box along X, Y and Z, in metres."),
+        key(
+            "fade_m",
+            from(0.0),
+            "The distance within the box's faces over which the environment takes over, in metres; 0.",
+        ),
+        key("position", StageType::Vector, "The point from which the pictures are taken, in metres; `center`."),
         key(
             "parallax_correction",
             StageType::Boolean,
-            "Whether reflections are shifted to where they meet the walls of a box, as rooms need it; true.",
+            "Whether reflections are shifted to the walls of a box (parallax correction), as rooms need it; true.",
         ),
         key(
             "bounces",
             StageType::Number { min: 1.0, is_above: false, max: 4.0 },
-            "How often the pictures are taken, each time in the light of those before; 2.",
+            "The bounces of light: how often the pictures are taken, each time in the light of those before; 2.",
         ),
-        key("parallax_center", StageType::Vector, "The middle of the box of those walls, in metres; `center`."),
-        key("parallax_size_m", StageType::Vector, "The extent of that box along X, Y and Z, in metres; `size_m`."),
-        key("name", StageType::Text, "What it is called in reports; room."),
+        key("parallax_center", StageType::Vector, "The middle of the box with those walls, in metres; `center`."),
+        key(
+            "parallax_size_m",
+            StageType::Vector,
+            "The extent of the box with those walls along X, Y and Z, in metres; `size_m`.",
+        ),
+        key("name", StageType::Text, "Its name in reports; room."),
         key(
             "layers",
             StageType::Layers,
@@ -201,17 +228,18 @@ pub(in crate::stage) const REFLECTION_PROBES: StageTable = StageTable {
         key(
             "update",
             StageType::Word(super::super::monitors::UPDATES),
-            "Whether a live view draws them anew in every frame, or once. Stills and sequences always do; always.",
+            "Whether a live view redraws the pictures in every frame, or draws them once. Stills and sequences \
+             always redraw them; always.",
         ),
         key(
             "every",
             StageType::Number { min: 1.0, is_above: false, max: 1e6 },
-            "In one of how many frames a live view draws them anew; 1.",
+            "A live view redraws the pictures in one of this many frames; 1.",
         ),
         key(
             "quality",
             StageType::Word(super::super::monitors::QUALITIES),
-            "The tier of quality whose passes draw them; the settings of the picture.",
+            "The quality tier of the pictures; the settings of the picture.",
         ),
     ],
 };

@@ -50,15 +50,15 @@ fn wrong_monitors_are_told_with_their_place() {
         (monitor("target = [0, 0, 0]\nsize_px = [-3, 10]\n"), "6:11: error: `size_px` is a width and a height"),
         (monitor("target = [0, 0, 0]\nsize_px = [1e9, 10]\n"), "6:11: error: `size_px` is a width and a height"),
         (monitor("target = [0, 0, nan]\n"), "5:10: error:"),
-        (monitor("target = [0, 0, 0]\nfov_deg = 0\n"), "6:11: error: `0` is no value of `fov_deg`"),
-        (monitor("target = [0, 0, 0]\nlayers = [32]\n"), "6:10: error: `[32]` is no value of `layers`"),
-        (monitor("target = [0, 0, 0]\nlayers = [0.5]\n"), "6:10: error: `[0.5]` is no value of `layers`"),
+        (monitor("target = [0, 0, 0]\nfov_deg = 0\n"), "6:11: error: `0` is not a value of `fov_deg`"),
+        (monitor("target = [0, 0, 0]\nlayers = [32]\n"), "6:10: error: `[32]` is not a value of `layers`"),
+        (monitor("target = [0, 0, 0]\nlayers = [0.5]\n"), "6:10: error: `[0.5]` is not a value of `layers`"),
         (monitor("target = [0, 0, 0]\nslot = \"base_color\"\n"), "6:8: error: `slot` says how materials show it"),
         (
             monitor("target = [0, 0, 0]\nmaterial = \"glas\"\n"),
             "6:12: error: the model has no material called `glas`; did you mean `glass`?",
         ),
-        (monitor("target = [0, 0, 0]\nupdate = \"once\"\nevery = 2\n"), "7:9: error: what is drawn once"),
+        (monitor("target = [0, 0, 0]\nupdate = \"once\"\nevery = 2\n"), "7:9: error: `every` does not go with"),
         (monitor("target = [0, 0, 0]\nevery = 1.5\n"), "6:9: error: `every` is a whole number"),
         ("[[monitors]]\nname = \"m\"\ncamera = \"Top\"\n".into(), "4:10: error: the model has no camera called `Top`"),
         ("[[monitors]]\nname = \" \"\n".into(), "3:8: error: a monitor needs a name"),
@@ -183,7 +183,7 @@ fn reflection_probes_are_boxes() {
         ),
         (
             "center = [0, 0, 0]\nsize_m = [1, 1, 1]\nupdate = \"once\"\nevery = 3\n",
-            "6:9: error: what is drawn once is not drawn every",
+            "6:9: error: `every` does not go with",
         ),
     ] {
         let text = format!("[[reflection_probes]]\n{text}");
@@ -254,7 +254,7 @@ fn probes_stand_in_boxes_or_all_over_the_model() {
         ),
         ("center = [0, 0, 0]\nsize_m = [9, 9, 9]\nspacing_m = 0.01\n", "5:13: error: 901 x 901 x 901 probes"),
         ("counts = [1, 1, 1]\nspacing_m = 2\n", "4:13: error: `counts` says already"),
-        ("live = false\nbounces = 2\n", "4:11: error: `bounces` is of probes whose light frames find"),
+        ("live = false\nbounces = 2\n", "4:11: error: `bounces` is only for live probes"),
         ("bounces = 1.5\n", "3:11: error: `bounces` is a whole number"),
         ("bounces = 9\n", "3:11: error:"),
         ("center = [0, 0, 0]\nsize_m = [1, 1, 1]\n[[probes]]\n", "5:1: error: two grids of probes are called `probes`"),
@@ -324,8 +324,8 @@ fn mirrors_are_flat_nodes_or_rectangles() {
             "position = [0, 0, 0]\nfacing = [0, 1, 0]\nsize_m = [1, 0]\n",
             "5:10: error: `size_m` is a width and a height",
         ),
-        ("node = \"Pane.1\"\nscale = 0\n", "4:9: error: `0` is no value of `scale`"),
-        ("node = \"Pane.1\"\nroughness = 2\n", "4:13: error: `2` is no value of `roughness`"),
+        ("node = \"Pane.1\"\nscale = 0\n", "4:9: error: `0` is not a value of `scale`"),
+        ("node = \"Pane.1\"\nroughness = 2\n", "4:13: error: `2` is not a value of `roughness`"),
     ] {
         let text = format!("[[mirrors]]\n{text}");
         let error = applied(&text).expect_err(&text);

@@ -18,7 +18,7 @@ pub(super) fn of_header(error: &ParseError, bytes: &[u8]) -> LoadError {
     let message = if error.kind() == ErrorKind::UnexpectedEof {
         "the header ends early, is the file cut off? expected a line \"end_header\"".to_owned()
     } else if error.kind() == ErrorKind::InvalidData {
-        "the header is no text".to_owned()
+        "the header is not text".to_owned()
     } else if said.contains("without preceding element") {
         format!("\"{text}\" belongs to no element; expected a line \"element NAME COUNT\" before it")
     } else if said.contains("contradicting") {
@@ -64,7 +64,7 @@ pub(super) fn ends_early(element: &ElementDef) -> String {
 }
 
 pub(super) fn no_indices(element: &ElementDef) -> String {
-    format!("an index of the element \"{}\" is no list of whole numbers", element.name)
+    format!("an index of the element \"{}\" is not a list of whole numbers", element.name)
 }
 
 pub(super) fn negative_length(element: &ElementDef) -> String {
@@ -75,7 +75,7 @@ pub(super) fn negative_length(element: &ElementDef) -> String {
 pub(super) fn of_line(text: &str, element: &ElementDef) -> String {
     let expected = expected(element);
     match text.split_whitespace().find(|word| super::text::number(word.as_bytes()).is_none()) {
-        Some(word) => format!("\"{}\" is no number; expected {expected}", shown(word)),
+        Some(word) => format!("\"{}\" is not a number; expected {expected}", shown(word)),
         None => format!("cannot read \"{text}\"; expected {expected}"),
     }
 }
@@ -143,10 +143,10 @@ mod tests {
             (text.replace("element vertex 1\n", ""), &[], "line 3", "belongs to no element"),
             (text.replace("end_header\n", ""), &[], "", "expected a line \"end_header\""),
             (text.replace("end_header", "ende"), &[], "line 7", "element, property or end_header"),
-            (text.clone(), b"0 one 0\n", "line 8", "\"one\" is no number; expected x (float), y (float), z (float)"),
+            (text.clone(), b"0 one 0\n", "line 8", "\"one\" is not a number; expected x (float), y (float), z (float)"),
             (text.clone(), b"0 1  \n     ", "line 8", "cannot read \"0 1\"; expected x (float)"),
-            (text.clone(), b"\n\n0 1..2\n", "line 10", "\"1..2\" is no number"),
-            (of_floats, b"0 0 0\n3 0 0 0\n", "line 11", "\"face\" is no list of whole numbers"),
+            (text.clone(), b"\n\n0 1..2\n", "line 10", "\"1..2\" is not a number"),
+            (of_floats, b"0 0 0\n3 0 0 0\n", "line 11", "\"face\" is not a list of whole numbers"),
             (binary, &faces, "after byte", "The header counts 2 of the element \"face\""),
         ];
         for (lines, bytes, place, part) in cases {

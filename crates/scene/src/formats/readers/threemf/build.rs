@@ -225,7 +225,7 @@ impl Surfaces<'_, '_, '_> {
             Some(Property::Coordinates { texture, .. }) => match model.and_then(|model| model.textures.get(texture)) {
                 Some(file) => self.textured(file, parts),
                 None => {
-                    parts.warn(format!("texture {texture} is named and is not there; it is drawn grey"));
+                    parts.warn(format!("texture {texture} is named but missing; it is drawn grey"));
                     plain_material(false)
                 }
             },

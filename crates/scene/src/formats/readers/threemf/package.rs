@@ -44,7 +44,7 @@ impl<'a> Package<'a> {
     /// The text of a part.
     pub(super) fn read(&mut self, name: &str) -> Result<String, LoadError> {
         String::from_utf8(self.read_bytes(name)?)
-            .map_err(|_| LoadError::malformed(&format!("part \"{name}\""), "is no text in UTF-8"))
+            .map_err(|_| LoadError::malformed(&format!("part \"{name}\""), "is not UTF-8 text"))
     }
 
     /// The bytes of a part.
