@@ -1,7 +1,7 @@
 // Written by `cargo xtask goldens` from the declarations of settings, tiers, variables and effects.
 
 /**
- * Settings by key, as in `--set` on the command line; docs/settings.md says what each of them does. Effects add keys of their own,
+ * Settings by key, as in `--set` on the command line; docs/settings.md describes each. Effects add their own keys,
  * such as `bloom.strength`.
  */
 export interface Settings {
@@ -143,9 +143,9 @@ export interface Settings {
   "debug.view"?: "off" | "lights" | "overdraw" | "uv" | "normals" | "texel_density" | "flags" | "clusters" | "cascades" | "levels" | "probes" | "probe_weights";
   [key: string]: number | boolean | string | (number | string)[] | undefined;
 }
-/** The name of a table of settings (docs/quality.md). */
+/** The name of a quality tier (docs/quality.md). */
 export type QualityName = "low" | "medium" | "high" | "ultra";
-/** The name of a variable: what the frame knows of every pixel besides its colour. docs/aovs.md says what each holds. */
+/** The name of an AOV (arbitrary output variable). docs/aovs.md says what each holds. */
 export type VariableName = "base_color" | "occlusion" | "occlusion_screen" | "normal" | "normal_view" | "position" | "depth" | "metallic" | "roughness" | "emission" | "motion" | "object_id" | "material_id" | "radiance";
 /** The name of an effect that is built in. */
 export type BuiltInEffectName = "bloom" | "blur" | "dof" | "film" | "fxaa" | "glow" | "grade" | "lens" | "motion_blur" | "outline" | "sharpen" | "smaa" | "toon";

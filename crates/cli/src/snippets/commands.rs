@@ -133,6 +133,11 @@ fn fault_of_cargo(words: &[String]) -> Option<String> {
         ["install", "--path", path] => {
             (!root().join(path).join("Cargo.toml").is_file()).then(|| format!("there is no crate {path}"))
         }
+        ["run", .., "-p", "manypass", "--example", name] => {
+            let examples = root().join("crates/render/examples");
+            let is_there = examples.join(format!("{name}.rs")).is_file() || examples.join(name).is_dir();
+            (!is_there).then(|| format!("there is no example `{name}`"))
+        }
         _ => Some("it is not known here; check it in fault_of_cargo".into()),
     }
 }

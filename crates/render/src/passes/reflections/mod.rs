@@ -282,10 +282,8 @@ impl<'s> RayPasses<'s> {
             .then(|| self.record_filter(r, "reflections.filter", screen, (&rays, None, &tiles)))
             .transpose()?;
         let sharp = self.sharp(r);
-        let sharp_rays = sharp
-            .as_ref()
-            .map(|sharp| sharp.record_rays(r, "reflections.smooth", &inputs, Some((&rays, &tiles))))
-            .transpose()?;
+        let sharp_rays =
+            sharp.as_ref().map(|sharp| sharp.record_rays(r, "reflections.smooth", &inputs, Some(&rays))).transpose()?;
         let texture = filtered.unwrap_or(rays);
         let coarse = Reflections { texture, side_px: self.side_px, roughness_max: self.settings.roughness_max };
         let (Some(sharp), Some(sharp_rays)) = (sharp, sharp_rays) else { return Ok((coarse, Some(tiles))) };
@@ -312,7 +310,7 @@ impl<'s> RayPasses<'s> {
         r: &mut Recorder<'_, '_>,
         name: &'static str,
         inputs: &RayInputs<'_>,
-        coarse: Option<(&Handle, &Tiles)>,
+        coarse: Option<&Handle>,
     ) -> Result<Handle, ProgramError> {
         let RayInputs { screen, met, pyramid, coarse_radiance, backs } = inputs;
         let target = r.texture_of(name, self.desc);
@@ -325,14 +323,14 @@ impl<'s> RayPasses<'s> {
             None => step.stand_in("back_distances"),
         };
         let step = match coarse {
-            Some((rays, _)) => step.read("coarse_reflections", rays),
+            Some(rays) => step.read("coarse_reflections", rays),
             None => step.stand_in("coarse_reflections"),
         };
         let step = match screen.mirrored {
             Some(mirrored) => step.constant("has_mirrors", 1).read("mirrored", mirrored),
             None => step.stand_in("mirrored"),
         };
-        self.draw_lit(step, *screen, (target, coarse.map(|(_, tiles)| tiles)))
+        self.draw_lit(step, *screen, target)
     }
 
     /// Takes noise and dots out of `noisy`, and puts what is of smooth surfaces over `coarse`.
@@ -346,16 +344,16 @@ impl<'s> RayPasses<'s> {
         let target = r.texture_of(name, self.desc);
         let step = screen.gbuffer.read_by(r.fullscreen(name, "reflections_filter", &[]));
         let step = Reflections::read_by(coarse, step).read("noisy_reflections", noisy);
-        self.draw_lit(step, screen, (target, Some(tiles)))
+        // Rays have no slot left for the tiles: WebGL 2 has sixteen textures.
+        self.draw_lit(Tiles::limit(Some(tiles), self.side_px, step), screen, target)
     }
 
     fn draw_lit(
         &self,
         step: Fullscreen<'_, '_>,
         screen: ScreenInputs<'_>,
-        (target, tiles): (Handle, Option<&Tiles>),
+        target: Handle,
     ) -> Result<Handle, ProgramError> {
-        let step = Tiles::limit(tiles, self.side_px, step);
         let constants = [("side", self.side_px), ("patterned", u32::from(self.is_filtered))];
         let step = step.constants(&constants).uniform("reflections", &self.uniform);
         let is_tested = self.side_px == 1 && screen.depth.desc().samples == 1;

@@ -20,7 +20,6 @@ import package::passes::reflections::rays::{
     NARROW_STEPS, filtered_share, packable_share, patterned, reflections, sharp_share, side,
 };
 import package::shaders::coarse::{pixel_of_texel, turn_in_square};
-import package::shaders::drawn_tiles::tile_corner;
 import package::shaders::coarse_reflections::LIKENESS_REACH;
 import package::shaders::gbuffer_textures::{normal_world_at, surface_at};
 import package::shaders::lit_distance::facet_normal_at;
@@ -264,15 +263,6 @@ fn half_footprint_px(center: Center, hit: Hit, length_m: f32, likelihood: f32, f
     let of_texels_m = min(spacing_m, FOOTPRINT_SHARE * length_m);
     let pixel_m = pixel_height_m(-hit.position.z);
     return max(of_lobe_m, of_texels_m) / pixel_m;
-}
-
-// Rays of each pixel alone are drawn in tiles.
-@vertex
-fn vs_reflections_trace(
-    @builtin(vertex_index) vertex: u32,
-    @builtin(instance_index) instance: u32,
-) -> @builtin(position) vec4f {
-    return tile_corner(vertex, instance, view.size_px);
 }
 
 @fragment
