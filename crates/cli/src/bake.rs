@@ -1,13 +1,11 @@
 //! `bake`: light that is computed beforehand, as a glTF file.
 
-mod args;
 mod bakers;
 mod journal;
 mod progress;
 mod report;
 
-pub use args::{BakeArgs, EXAMPLES};
-
+use crate::args::bake::BakeArgs;
 use crate::args::{ChangeArgs, FrameArgs};
 use crate::chosen::Chosen;
 use crate::failure::{Failure, Kind, say};

@@ -1,6 +1,5 @@
 //! `diff`: how different two pictures look, or what of two models is different.
 
-mod args;
 mod linear;
 mod models;
 mod report;
@@ -9,8 +8,7 @@ mod source;
 mod swatch;
 mod variables;
 
-pub use args::{DiffArgs, EXAMPLES};
-
+use crate::args::diff::DiffArgs;
 use crate::failure::{Failure, Kind};
 use crate::inspect::one;
 use crate::output;

@@ -1,7 +1,7 @@
 //! Two models, seen by one camera: their pictures and their variables.
 
-use super::DiffArgs;
 use super::source::Source;
+use crate::args::diff::DiffArgs;
 use crate::camera::{self, CameraSpec, DEFAULT_ORBIT, Place};
 use crate::chosen::Chosen;
 use crate::exposure::Taken;

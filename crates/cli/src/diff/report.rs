@@ -2,7 +2,8 @@
 
 use super::models::Placement;
 use super::variables::{Changed, Variable, Variables, unit};
-use super::{Compared, Comparison, DiffArgs};
+use super::{Compared, Comparison};
+use crate::args::diff::DiffArgs;
 use manypass_flip::Exposures;
 use manypass_offline::decode::Light;
 use serde_json::{Value, json};
