@@ -5,7 +5,7 @@ pub mod bake;
 pub mod diff;
 mod frame;
 
-pub use frame::{CacheArgs, ChangeArgs, EnvironmentArgs, FrameArgs};
+pub use frame::{CacheArgs, ChangeArgs, FrameArgs};
 
 #[cfg(feature = "bake")]
 use bake::BakeArgs;

@@ -1,8 +1,8 @@
 //! What `diff` prints.
 
+use super::comparison::{Compared, Comparison};
 use super::models::Placement;
 use super::variables::{Changed, Variable, Variables, unit};
-use super::{Compared, Comparison};
 use crate::args::diff::DiffArgs;
 use manypass_flip::Exposures;
 use manypass_offline::decode::Light;
