@@ -27,6 +27,7 @@ mod job;
 mod listing;
 mod looks;
 mod memory;
+mod model_files;
 mod older;
 mod one_tone;
 mod output;
