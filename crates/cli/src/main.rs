@@ -43,6 +43,7 @@ mod scenes;
 mod session;
 mod settings;
 mod shot;
+mod size;
 #[cfg(test)]
 mod snippets;
 mod stage;
