@@ -116,7 +116,7 @@ impl DecalEntry {
         if table.place("position").is_some() && table.place("positions").is_some() {
             return Err(table.fault("positions", "leave out `position`, or `positions`"));
         }
-        let whole = |key: &str| table.number(key).map(|number| super::monitors::whole(table, key, number)).transpose();
+        let whole = |key: &str| table.number(key).map(|number| super::table::whole(table, key, number)).transpose();
         let seed = whole("seed")?.unwrap_or(0);
         let extent_m = table.vector("spread_m").unwrap_or(Vec3::new(1.0, 0.0, 1.0));
         let scatter = whole("count")?.map(|count| Scatter { count, extent_m, seed });

@@ -1,11 +1,12 @@
 //! The keys of simulations, particles, decals and water.
 
-use super::{FINITE, SHARE, StageTable, StageType, UV_SET, from, key, length, required};
+use super::declaration::{FINITE, SHARE, StageTable, StageType, UV_SET, from, key, length, required};
+use crate::stage::words::{COUNT_MAX, QUALITIES, SLOTS};
 
 const RATE_HZ_MAX: f64 = crate::simulation::RATE_HZ_MAX as f64;
 
 /// Simulations.
-pub(in crate::stage) const SIMULATIONS: StageTable = StageTable {
+pub(crate) const SIMULATIONS: StageTable = StageTable {
     name: "simulations",
     doc: "Pictures that follow from themselves, step by step: waves of water, or what a material shows.",
     keys: &[
@@ -65,7 +66,7 @@ pub(in crate::stage) const SIMULATIONS: StageTable = StageTable {
         key("normal_picture", StageType::Text, "Which of its pictures is the materials' normal map; none."),
         key(
             "slot",
-            StageType::Word(super::super::screens::SLOTS),
+            StageType::Word(SLOTS),
             "Whether it is what they emit, as screens do, or their base colour, which light reaches; emission.",
         ),
         key(
@@ -78,7 +79,7 @@ pub(in crate::stage) const SIMULATIONS: StageTable = StageTable {
 };
 
 /// Particles.
-pub(in crate::stage) const PARTICLES: StageTable = StageTable {
+pub(crate) const PARTICLES: StageTable = StageTable {
     name: "particles",
     doc: "Many small things that a simulation moves: sparks, smoke, rain, or what else its parameters make of them.",
     keys: &[
@@ -90,7 +91,7 @@ pub(in crate::stage) const PARTICLES: StageTable = StageTable {
         key("name", StageType::Text, "What they are called in reports; the preset."),
         key(
             "count",
-            StageType::Number { min: 1.0, is_above: false, max: super::super::particles::COUNT_MAX },
+            StageType::Number { min: 1.0, is_above: false, max: COUNT_MAX },
             "How many there are at once, at most; 10000.",
         ),
         key(
@@ -146,7 +147,7 @@ pub(in crate::stage) const PARTICLES: StageTable = StageTable {
 };
 
 /// Decals.
-pub(in crate::stage) const DECALS: StageTable = StageTable {
+pub(crate) const DECALS: StageTable = StageTable {
     name: "decals",
     doc: "Pictures that boxes throw onto the surfaces within them: markings, cracks, stains, leaves, dents. Without an image a decal is a plain rectangle.",
     keys: &[
@@ -236,7 +237,7 @@ pub(in crate::stage) const DECALS: StageTable = StageTable {
 };
 
 /// Surfaces of water.
-pub(in crate::stage) const WATER: StageTable = StageTable {
+pub(crate) const WATER: StageTable = StageTable {
     name: "water",
     doc: "Surfaces of water: flat nodes of the model, whose own mesh is not drawn then, or a rectangle that lies.",
     keys: &[
@@ -307,7 +308,7 @@ pub(in crate::stage) const WATER: StageTable = StageTable {
         key("layers", StageType::Layers, "The layers that it reflects, by number (`layers` of `[[nodes]]`); all."),
         key(
             "quality",
-            StageType::Word(super::super::monitors::QUALITIES),
+            StageType::Word(QUALITIES),
             "The tier of quality whose passes draw what it reflects; the settings of the picture.",
         ),
     ],

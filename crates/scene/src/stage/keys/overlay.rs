@@ -1,10 +1,10 @@
 //! The keys of what is drawn over the picture.
 
-use super::{FINITE, SHARE, StageTable, StageType, key, length};
+use super::declaration::{FINITE, SHARE, StageTable, StageType, key, length};
 use crate::overlay::{Anchor, SIDE_PX_MAX, TEXT_SIZE_PX_MAX, TextAlign};
 
 /// What is drawn over the picture.
-pub(in crate::stage) const OVERLAY: StageTable = StageTable {
+pub(crate) const OVERLAY: StageTable = StageTable {
     name: "overlay",
     doc: "Something that is drawn over the finished picture: `text`, a `sprite`, a `monitor`, or a line through `points` or `points_world`. \
           Later ones are drawn over earlier ones.",

@@ -1,13 +1,14 @@
 //! The keys of lights, nodes and materials.
 
-use super::{StageTable, StageType, UV_SET, from, key, required};
+use super::declaration::{StageTable, StageType, UV_SET, from, key, required};
 use crate::light::RANGE_MIN_M;
+use crate::stage::words::{CONVENTIONS, ENCODINGS, METHODS};
 
 /// The words of `kind`.
 const KINDS: &[&str] = &["point", "spot", "directional"];
 
 /// Lights that are added or changed.
-pub(in crate::stage) const LIGHTS: StageTable = StageTable {
+pub(crate) const LIGHTS: StageTable = StageTable {
     name: "lights",
     doc: "A light: a new one if it has a `kind`; else every light of the model with that `name` is changed. Under a sky lights of a stage and of its model are not in the unit of daylight.",
     keys: &[
@@ -70,7 +71,7 @@ pub(in crate::stage) const LIGHTS: StageTable = StageTable {
 };
 
 /// Nodes that are changed.
-pub(in crate::stage) const NODES: StageTable = StageTable {
+pub(crate) const NODES: StageTable = StageTable {
     name: "nodes",
     doc: "Every node of the model with that name is changed.",
     keys: &[
@@ -86,7 +87,7 @@ pub(in crate::stage) const NODES: StageTable = StageTable {
 };
 
 /// Materials that are changed.
-pub(in crate::stage) const MATERIALS: StageTable = StageTable {
+pub(crate) const MATERIALS: StageTable = StageTable {
     name: "materials",
     doc: "Every material of the model with that name is changed.",
     keys: &[
@@ -94,7 +95,7 @@ pub(in crate::stage) const MATERIALS: StageTable = StageTable {
         key("cast_shadow", StageType::Boolean, "Whether their surfaces keep light from what lies behind them."),
         key(
             "normal_convention",
-            StageType::Word(super::super::materials::CONVENTIONS),
+            StageType::Word(CONVENTIONS),
             "Where green of their normal maps points, of detail normal maps, too: up, as in OpenGL and glTF, or down, as in DirectX; opengl.",
         ),
         key(
@@ -110,7 +111,7 @@ pub(in crate::stage) const MATERIALS: StageTable = StageTable {
         ),
         key(
             "light_map_encoding",
-            StageType::Word(super::super::materials::ENCODINGS),
+            StageType::Word(ENCODINGS),
             "Whether its texels are linear or sRGB; linear, as those of .hdr and .exr always are.",
         ),
         key(
@@ -140,7 +141,7 @@ pub(in crate::stage) const MATERIALS: StageTable = StageTable {
         ),
         key(
             "height_method",
-            StageType::Word(super::super::heights::METHODS),
+            StageType::Word(METHODS),
             "What is done with the heights: normals alone, one shift of all maps, coarse steps along the line of sight, or fine \
              ones; occlusion. Without `height_map` it is done with heights that the model brings.",
         ),

@@ -1,9 +1,10 @@
 //! The keys of what shows or lights the scene from other places: monitors, mirrors, portals, probes, reflection probes.
 
-use super::{SHARE, StageTable, StageType, UV_SET, from, key, required};
+use super::declaration::{SHARE, StageTable, StageType, UV_SET, from, key, required};
+use crate::stage::words::{QUALITIES, SLOTS, UPDATES};
 
 /// What monitors show.
-pub(in crate::stage) const MONITORS: StageTable = StageTable {
+pub(crate) const MONITORS: StageTable = StageTable {
     name: "monitors",
     doc: "What a camera of the scene sees, on the screens of a material, or as an item of `[[overlay]]`.",
     keys: &[
@@ -23,7 +24,7 @@ pub(in crate::stage) const MONITORS: StageTable = StageTable {
         key("material", StageType::Text, "The name of the materials that show it, in which * stands for any letters."),
         key(
             "slot",
-            StageType::Word(super::super::screens::SLOTS),
+            StageType::Word(SLOTS),
             "Whether it is what they emit, as screens do, or their base colour, which light reaches; emission.",
         ),
         key(
@@ -40,7 +41,7 @@ pub(in crate::stage) const MONITORS: StageTable = StageTable {
         ),
         key(
             "update",
-            StageType::Word(super::super::monitors::UPDATES),
+            StageType::Word(UPDATES),
             "Whether a live view draws it anew in every frame that shows it, or once. Stills and sequences always do; always.",
         ),
         key(
@@ -51,14 +52,14 @@ pub(in crate::stage) const MONITORS: StageTable = StageTable {
         key("layers", StageType::Layers, "The layers that it shows, by number (`layers` of `[[nodes]]`); all."),
         key(
             "quality",
-            StageType::Word(super::super::monitors::QUALITIES),
+            StageType::Word(QUALITIES),
             "The tier of quality whose passes draw it; the settings of the picture.",
         ),
     ],
 };
 
 /// Flat mirrors.
-pub(in crate::stage) const MIRRORS: StageTable = StageTable {
+pub(crate) const MIRRORS: StageTable = StageTable {
     name: "mirrors",
     doc: "Flat surfaces that reflect what is before them, off the picture, too: nodes of the model, or a rectangle.",
     keys: &[
@@ -86,14 +87,14 @@ pub(in crate::stage) const MIRRORS: StageTable = StageTable {
         key("layers", StageType::Layers, "The layers that it shows, by number (`layers` of `[[nodes]]`); all."),
         key(
             "quality",
-            StageType::Word(super::super::monitors::QUALITIES),
+            StageType::Word(QUALITIES),
             "The tier of quality whose passes draw what it shows; the settings of the picture.",
         ),
     ],
 };
 
 /// Portals.
-pub(in crate::stage) const PORTALS: StageTable = StageTable {
+pub(crate) const PORTALS: StageTable = StageTable {
     name: "portals",
     doc: "Two flat places that lead into each other: nodes of the model, whose own meshes are not drawn then, or rectangles.",
     keys: &[
@@ -127,14 +128,14 @@ pub(in crate::stage) const PORTALS: StageTable = StageTable {
         ),
         key(
             "quality",
-            StageType::Word(super::super::monitors::QUALITIES),
+            StageType::Word(QUALITIES),
             "The tier of quality whose passes draw what is seen through it; the settings of the picture.",
         ),
     ],
 };
 
 /// Light that arrives at places, for the surfaces between them.
-pub(in crate::stage) const PROBES: StageTable = StageTable {
+pub(crate) const PROBES: StageTable = StageTable {
     name: "probes",
     doc: "A grid of probes: the light that arrives at places in a box, for all surfaces there without light maps, what moves among them. `manypass bake --what probes` finds it; else frames do.",
     keys: &[
@@ -172,7 +173,7 @@ pub(in crate::stage) const PROBES: StageTable = StageTable {
 };
 
 /// What stands for the environment within a box.
-pub(in crate::stage) const REFLECTION_PROBES: StageTable = StageTable {
+pub(crate) const REFLECTION_PROBES: StageTable = StageTable {
     name: "reflection_probes",
     doc: "Six pictures around a place. They take the place of the environment for the surfaces within a box: a room, or what is around a glossy thing.",
     keys: &[
@@ -200,7 +201,7 @@ pub(in crate::stage) const REFLECTION_PROBES: StageTable = StageTable {
         ),
         key(
             "update",
-            StageType::Word(super::super::monitors::UPDATES),
+            StageType::Word(UPDATES),
             "Whether a live view draws them anew in every frame, or once. Stills and sequences always do; always.",
         ),
         key(
@@ -210,7 +211,7 @@ pub(in crate::stage) const REFLECTION_PROBES: StageTable = StageTable {
         ),
         key(
             "quality",
-            StageType::Word(super::super::monitors::QUALITIES),
+            StageType::Word(QUALITIES),
             "The tier of quality whose passes draw them; the settings of the picture.",
         ),
     ],
