@@ -14,6 +14,7 @@ mod stl;
 mod text;
 mod threemf;
 mod two_sided;
+mod vertex_corners;
 
 use crate::gltf_file::{
     self, LoadError, Loaded, MAX_FILE_BYTES, checked_relative_path, read_file, references::meant_paths,
@@ -22,12 +23,10 @@ use crate::input_file::{self, InputError};
 use crate::turns::{Turns, at_once};
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use text::START_BYTES;
 
 /// How the names of models end, whatever the case of the letters.
 pub const MODEL_ENDINGS: [&str; 6] = ["glb", "gltf", "stl", "obj", "ply", "3mf"];
-
-/// How many bytes of a file are looked at to tell its format.
-const START_BYTES: usize = 64 << 10;
 
 /// What a model is written in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

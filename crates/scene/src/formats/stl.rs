@@ -86,7 +86,7 @@ impl Solid {
 }
 
 pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
-    let start = bytes.get(..super::START_BYTES).unwrap_or(bytes);
+    let start = bytes.get(..text::START_BYTES).unwrap_or(bytes);
     let mut parts = Parts::default();
     let is_binary = binary_bytes(start) == Some(bytes.len() as u64) || !is_text(text::without_mark(start));
     let (solids, origin) = match is_binary {

@@ -3,6 +3,9 @@
 use crate::gltf_file::LoadError;
 use std::borrow::Cow;
 
+/// How many bytes of a file are looked at to tell its format.
+pub(super) const START_BYTES: usize = 64 << 10;
+
 /// Without the mark that some programs write before UTF-8.
 pub(super) fn without_mark(bytes: &[u8]) -> &[u8] {
     bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes)
