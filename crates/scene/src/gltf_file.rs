@@ -16,6 +16,7 @@ mod material;
 mod mesh;
 mod meshopt;
 mod node;
+mod packed;
 mod probes;
 pub(crate) mod references;
 mod surroundings;

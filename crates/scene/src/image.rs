@@ -11,7 +11,6 @@ pub use light::HalfFloats;
 use crate::capture::Monitor;
 use crate::environment::light_size;
 use crate::ktx2::{DeclaredColors, is_ktx2};
-use crate::simulation::SimulatedImage;
 use std::io::Cursor;
 use std::sync::Arc;
 
@@ -39,6 +38,23 @@ impl ImageSource {
             Self::Pixels(pixels) => pixels.data.len() as u64,
             Self::Loading(_) | Self::Monitor(_) | Self::Simulation(_) => 0,
         }
+    }
+}
+
+/// A picture that a simulation makes.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SimulatedImage {
+    /// Index into [`crate::Scene::simulations`].
+    pub simulation: usize,
+    /// Which of its pictures.
+    pub picture: String,
+}
+
+impl Image {
+    /// The picture `picture` of a simulation, an index into [`crate::Scene::simulations`].
+    pub fn of_simulation(name: impl Into<String>, simulation: usize, picture: &str) -> Self {
+        let image = SimulatedImage { simulation, picture: picture.into() };
+        Self { name: name.into(), source: ImageSource::Simulation(image.into()) }
     }
 }
 

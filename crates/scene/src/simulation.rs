@@ -15,11 +15,12 @@
 
 mod seen;
 
+pub use crate::image::SimulatedImage;
 pub use seen::{SIDE as SEEN_SIDE, SeenSurfaces};
 
 use crate::animation::Path;
 use crate::capture::LAYERS_ALL;
-use crate::{Aabb, Image, NodeId, Scene, image::ImageSource};
+use crate::{Aabb, NodeId, Scene};
 use glam::{Mat4, Vec2, Vec3};
 use std::sync::Arc;
 
@@ -108,23 +109,6 @@ impl Simulation {
     pub fn with(mut self, parameter: &str, value: &str) -> Self {
         self.parameters.push((parameter.into(), value.into()));
         self
-    }
-}
-
-/// A picture that a simulation makes.
-#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct SimulatedImage {
-    /// Index into [`Scene::simulations`].
-    pub simulation: usize,
-    /// Which of its pictures.
-    pub picture: String,
-}
-
-impl Image {
-    /// The picture `picture` of a simulation, an index into [`Scene::simulations`].
-    pub fn of_simulation(name: impl Into<String>, simulation: usize, picture: &str) -> Self {
-        let image = SimulatedImage { simulation, picture: picture.into() };
-        Self { name: name.into(), source: ImageSource::Simulation(image.into()) }
     }
 }
 

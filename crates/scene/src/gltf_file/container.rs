@@ -1,7 +1,8 @@
 //! The outside of a file: the chunks of GLB, URIs, buffers and buffer views.
 
 use super::faults::{Faults, List};
-use super::{Document, LoadError, json::Json, meshopt};
+use super::packed::is_fallback;
+use super::{Document, LoadError, json::Json};
 use std::borrow::Cow;
 
 /// UTF-8's mark, which some exporters write all the same.
@@ -125,7 +126,7 @@ fn base64_decode(text: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// The bytes of every buffer; none for a buffer without a URI that is not the binary chunk. The first buffer of a GLB
-/// is that chunk, unless it has a URI. Buffers that packed bufferViews stand in for are left out; see [`meshopt`].
+/// is that chunk, unless it has a URI. Buffers that packed bufferViews stand in for are left out; see [`is_fallback`].
 pub(super) fn read_buffers<'a>(
     root: &Json<'a>,
     binary: Option<&'a [u8]>,
@@ -138,7 +139,7 @@ pub(super) fn read_buffers<'a>(
         let mut read = || {
             let length = buffer.require_integer("byteLength")?;
             let bytes = match buffer.string("uri")? {
-                Some(_) if meshopt::is_fallback(&buffer)? => None,
+                Some(_) if is_fallback(&buffer)? => None,
                 Some(uri) => Some(Cow::Owned(fetch_buffer(&buffer, uri, resolve)?)),
                 None if i == 0 && is_glb && binary.is_none() => {
                     return Err(buffer.error("uri", "the GLB has no binary chunk for it; export the model again"));

@@ -8,12 +8,10 @@
 mod filters;
 
 use super::container::{self, Resolve, View};
+use super::packed::{NAMES, extension, is_fallback};
 use super::{Document, LoadError, MAX_FILE_BYTES, json::Json};
 use meshoptimizer_rs::{Error, Limits, Workspace, codec};
 use std::borrow::Cow;
-
-/// The extension and its successor; the latter wins where a bufferView has both.
-const NAMES: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compression"];
 
 /// Why a stream cannot be decoded.
 #[derive(Debug, thiserror::Error)]
@@ -100,22 +98,6 @@ impl Packed<'_> {
         let is_version_1 = self.mode == Mode::Attributes && self.is_successor && found == 0xa1;
         if found == expected || is_version_1 { Ok(()) } else { Err(StreamError::Header { expected, found }) }
     }
-}
-
-/// The extension on a bufferView or a buffer; none without it.
-fn extension<'a>(json: &Json<'a>) -> Result<Option<Json<'a>>, LoadError> {
-    for name in NAMES {
-        if let Some(extension) = json.extension(name)? {
-            return Ok(Some(extension));
-        }
-    }
-    Ok(None)
-}
-
-/// Whether a buffer holds only what the packed bufferViews hold too, so that it is read only where one of them is
-/// broken.
-pub(super) fn is_fallback(buffer: &Json) -> Result<bool, LoadError> {
-    extension(buffer)?.map_or(Ok(false), |extension| extension.bool("fallback", false))
 }
 
 /// What all packed bufferViews of a file may take unpacked: 256 MiB, and more for larger files, but no more than a file
