@@ -103,13 +103,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let key = key(&baker, &parts, encoding);
     if outputs.are_of(&key, stage_text.as_deref()) {
         bar.finish();
-        if args.json {
-            let report = json!({ "output": outputs.model, "stage": outputs.stage, "up_to_date": true });
-            print(&format!("{report:#}\n"))?;
-        } else if !args.quiet {
-            say(format_args!("{} is up to date: it is of the same scene and flags", outputs.model.display()));
-        }
-        return Ok(());
+        return say_up_to_date(args, &outputs);
     }
     let journal = Journal::open(&outputs.model, baker.key(), args.quiet);
     let found = match baker.run(&bar, &journal) {
@@ -123,18 +117,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let before = parts.json["asset"]["extras"]["bake"].clone();
     let provenance = provenance((&wanted, &before), (&key, &args.encoding, source), &found);
     put_extra(&mut parts.json["asset"], "bake", provenance);
-    if let Some(maps) = &found.maps {
-        maps.write(&mut parts, &scene, encoding).map_err(|error| failed(&input, &error))?;
-    }
-    // What those of a bake before leave behind.
-    let kept = parts.unreferenced();
-    if wanted.probes.is_some() {
-        parts.put_probes(&found.grids);
-    }
-    if wanted.surroundings.is_some() {
-        parts.put_surroundings(&found.places, picture_file).map_err(|error| failed(&input, &error))?;
-    }
-    parts.prune(&kept);
+    put(&mut parts, &scene, (&wanted, &found), encoding).map_err(|error| failed(&input, &error))?;
     let bytes = parts.to_glb().ok_or_else(|| {
         let message = format!("{} would be larger than 4 GiB", outputs.model.display());
         Failure::new(Kind::Failed, message, "lower --density")
@@ -157,6 +140,42 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
             Ok(())
         }
     }
+}
+
+/// Puts what was found into the file.
+///
+/// # Errors
+/// A picture cannot be encoded.
+fn put(
+    parts: &mut Parts,
+    scene: &Scene,
+    (wanted, found): (&Wanted, &Found),
+    encoding: Encoding,
+) -> Result<(), BakeError> {
+    if let Some(maps) = &found.maps {
+        maps.write(parts, scene, encoding)?;
+    }
+    // What those of a bake before leave behind.
+    let kept = parts.unreferenced();
+    if wanted.probes.is_some() {
+        parts.put_probes(&found.grids);
+    }
+    if wanted.surroundings.is_some() {
+        parts.put_surroundings(&found.places, picture_file)?;
+    }
+    parts.prune(&kept);
+    Ok(())
+}
+
+/// Says that there is nothing to do.
+fn say_up_to_date(args: &BakeArgs, outputs: &Outputs) -> Result<(), Failure> {
+    if args.json {
+        let report = json!({ "output": outputs.model, "stage": outputs.stage, "up_to_date": true });
+        print(&format!("{report:#}\n"))?;
+    } else if !args.quiet {
+        say(format_args!("{} is up to date: it is of the same scene and flags", outputs.model.display()));
+    }
+    Ok(())
 }
 
 /// What an output is of: the light, and the file that it is put into.
