@@ -3,8 +3,11 @@
 //!
 //! Source: the specification of that name (Khronos 3D Formats); the bitstream is Google's Draco 2.2, by `draco-core`.
 
-use super::accessor::{Component, header};
-use super::{Document, LoadError, json::Json};
+use super::accessor::header;
+use super::component::Component;
+use super::document::{Document, Unpacked};
+use super::error::LoadError;
+use super::json::Json;
 use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute, PointIndex};
 use std::collections::BTreeMap;
 
@@ -12,13 +15,6 @@ const NAME: &str = "KHR_draco_mesh_compression";
 
 /// What the decoder holds of a triangle meanwhile: the corners with their neighbours, and what has been visited.
 const TRIANGLE_BYTES: u64 = 64;
-
-/// The elements of an accessor, tightly packed.
-pub(super) struct Unpacked {
-    pub(super) component: Component,
-    pub(super) count: usize,
-    pub(super) bytes: Vec<u8>,
-}
 
 /// Unpacks the primitive at `json`, so that [`Document::read`] finds its accessors; says whether it is packed. Broken
 /// data are a warning where the file does not require the extension and every accessor has bytes of its own.

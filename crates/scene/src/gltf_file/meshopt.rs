@@ -7,9 +7,12 @@
 
 mod filters;
 
-use super::container::{self, Resolve, View};
+use super::container::{self, Resolve};
+use super::document::{Document, View};
+use super::error::LoadError;
+use super::files::MAX_FILE_BYTES;
+use super::json::Json;
 use super::packed::{NAMES, extension, is_fallback};
-use super::{Document, LoadError, MAX_FILE_BYTES, json::Json};
 use meshoptimizer_rs::{Error, Limits, Workspace, codec};
 use std::borrow::Cow;
 

@@ -1,6 +1,6 @@
 //! What buffers and bufferViews say of `EXT_meshopt_compression` and its successor.
 
-use super::LoadError;
+use super::error::LoadError;
 use super::json::Json;
 
 /// The extension and its successor; the latter wins where a bufferView has both.
