@@ -5,14 +5,16 @@ mod halved;
 mod jpeg;
 mod ktx2;
 mod light;
+mod texels;
 
-pub use light::HalfFloats;
+pub use texels::{BlockFormat, Blocks, HalfFloats, MAX_IMAGE_SIZE_TEXELS};
 
 use crate::capture::Monitor;
 use crate::environment::light_size;
 use crate::ktx2::{DeclaredColors, is_ktx2};
 use std::io::Cursor;
 use std::sync::Arc;
+use texels::MAX_DECODE_BYTES;
 
 /// Where an image's texels come from.
 #[derive(Clone, Debug)]
@@ -63,35 +65,6 @@ impl Image {
 pub enum PixelFormat {
     /// Four bytes a texel: red, green, blue, alpha.
     Rgba8,
-}
-
-/// Compressed blocks that devices sample: of 4 by 4 texels with alpha, in 16 bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BlockFormat {
-    /// BC7.
-    Bc7,
-    /// ETC2 with EAC alpha.
-    Etc2,
-    /// ASTC, low dynamic range.
-    Astc,
-}
-
-impl BlockFormat {
-    /// Texels along the side of a block.
-    pub const SIDE: u32 = 4;
-    /// Bytes of a block.
-    pub const BYTES: u32 = 16;
-}
-
-/// A level of a compressed image: blocks, rows from the top.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Blocks {
-    /// Width in texels.
-    pub width: u32,
-    /// Height in texels.
-    pub height: u32,
-    /// The bytes of all blocks; those at the right and lower edge may hold more than there are texels.
-    pub data: Vec<u8>,
 }
 
 /// Decoded texels, rows from the top, tightly packed.
@@ -200,14 +173,8 @@ pub struct Texture {
     pub sampler: Sampler,
 }
 
-/// The largest width and height of an image in texels.
-pub const MAX_IMAGE_SIZE_TEXELS: u32 = 16384;
-
 /// The largest width and height in a file: what is larger is broken.
 const MAX_STORED_SIZE_TEXELS: u32 = 1 << 20;
-
-/// The most memory that decoding one image may take: 512 MiB.
-const MAX_DECODE_BYTES: u64 = 512 << 20;
 
 /// Why an image cannot be decoded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

@@ -13,10 +13,11 @@
 //! ```
 
 mod check;
+mod fault;
 mod font;
 
-pub use check::OverlayFault;
-pub(crate) use check::{SIDE_PX_MAX, TEXT_SIZE_PX_MAX};
+pub use fault::OverlayFault;
+pub(crate) use fault::{SIDE_PX_MAX, TEXT_SIZE_PX_MAX};
 pub use font::{Coverage, Font, GlyphId};
 
 use crate::Pixels;

@@ -3,7 +3,7 @@
 //!
 //! Basis Universal is transcoded by the crate `basisu`.
 
-use super::{BlockFormat, Blocks};
+use super::texels::{BlockFormat, Blocks};
 use crate::ktx2::{Header, check_ranges, header, level, unpacked_bytes};
 use basisu::{DecodeFlags, TargetFormat, Transcoder};
 
