@@ -19,9 +19,11 @@
 //! screen.emissive_factor = Vec3::splat(250.0); // Its white, in cd/m².
 //! ```
 
+mod mirror;
 mod monitor;
 mod options;
 
+pub use mirror::Mirror;
 pub use monitor::{Monitor, MonitorCamera};
 pub use options::{CaptureOptions, LAYERS_ALL, LAYERS_DEFAULT, Update};
 
@@ -81,31 +83,6 @@ pub const MIRRORS_MAX: usize = 64;
 
 /// How far the corners of a mirror may lie from its plane, as a share of its size.
 const FLATNESS: f32 = 2e-3;
-
-/// A flat surface that reflects what is before it, off the picture and behind the eye, too.
-///
-/// What it reflects takes the place of the environment in what its material reflects: colour, roughness, normal map and
-/// Fresnel are those of the material.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Mirror {
-    /// Its name: in the names of passes.
-    pub name: String,
-    /// The node whose mesh is the mirror: a flat one.
-    pub node: NodeId,
-    /// Width and height of what is drawn for it, as a share of those of the picture that shows it.
-    pub scale: f32,
-    /// The layers that it shows ([`crate::Node::layers`]), a bit each.
-    pub layers: u32,
-    /// The tier of quality whose passes draw what it shows; none for that of the picture that shows it.
-    pub quality: Option<String>,
-}
-
-impl Mirror {
-    /// As fine as the picture that shows it, and drawn as that is.
-    pub fn new(name: impl Into<String>, node: NodeId) -> Self {
-        Self { name: name.into(), node, scale: 1.0, layers: LAYERS_ALL, quality: None }
-    }
-}
 
 /// A flat mesh of a node in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]
