@@ -2,7 +2,9 @@
 
 mod architecture;
 mod arrows;
+mod circles;
 mod imports;
 mod pages;
 mod programs;
 mod sentences;
+mod sizes;

@@ -15,6 +15,7 @@ use crate::report::{measured_passes, shadow_numbers};
 use crate::request::{effect_values, effects};
 use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
+use crate::size;
 use crate::surroundings::Surroundings;
 use crate::table;
 use live::Live;
@@ -39,7 +40,7 @@ const FRAME_SECS: f32 = 1.0 / 60.0;
 /// # Errors
 /// Wrong usage, an input that cannot be read, no adapter, or a renderer that fails.
 pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
-    let (width, height) = job::size(&args.size)?;
+    let (width, height) = size::parse(&args.size)?;
     let input = &checked_input(args)?;
     // What a demo is shown with is no part of what is measured bare.
     let takes_settings = args.live || !matches!(input, Input::Demo(_));

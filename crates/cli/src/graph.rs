@@ -9,7 +9,7 @@ use crate::older::Told;
 use crate::request::effects;
 use crate::session::{self, list, still_failure};
 use crate::surroundings::Surroundings;
-use crate::{camera, job, looks, scenes, table};
+use crate::{camera, job, looks, scenes, size, table};
 use manypass::gpu::Floor;
 use manypass::{EffectFile, FrameRequest, Gpu, Plan, RenderError, Renderer, Settings, View};
 use manypass_offline::still::{aov_named, aov_names};
@@ -23,7 +23,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     let input = one(&args.input)?;
     let chosen = Chosen::of_frame(&args.frame)?.meeting_stages(input.has_settings());
     let (settings, files) = chosen.settings(Settings::default(), None)?;
-    job::size(&args.frame.size)?;
+    size::parse(&args.frame.size)?;
     job::camera(&args.frame)?;
     let aovs = job::aovs(args.frame.aov.as_deref(), &aov_names())?;
     job::check_aovs(!aovs.is_empty(), &settings)?;
@@ -71,7 +71,7 @@ fn plan(
     files: Vec<EffectFile>,
     aovs: &[String],
 ) -> Result<Plan, Failure> {
-    let (width, height) = job::size(&args.size)?;
+    let (width, height) = size::parse(&args.size)?;
     renderer.limit_textures(settings.textures.max_px);
     renderer.load(scene).map_err(failed)?;
     let aspect = width as f32 / height as f32;

@@ -1,7 +1,7 @@
 //! Inputs: files, folders, standard input and the built-in demos.
 
 use crate::failure::{Failure, Kind};
-use crate::{gather, stage};
+use crate::{model_files, stage};
 use manypass_offline::atomic;
 use manypass_scene::renamed::{NameKind, current};
 use manypass_scene::stage::is_stage;
@@ -68,7 +68,7 @@ impl Input {
         if !path.is_dir() {
             return Ok(vec![Self::File(path.to_owned())]);
         }
-        let files = gather::in_folder(path, false, &mut Vec::new())?;
+        let files = model_files::in_folder(path, false, &mut Vec::new())?;
         Ok(files.into_iter().map(Self::File).collect())
     }
 

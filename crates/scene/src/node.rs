@@ -3,6 +3,7 @@
 use crate::capture::{LAYERS_DEFAULT, Mirror};
 use crate::decal::Decal;
 use crate::environment::{BrdfTable, EnvironmentMap};
+use crate::node_id::NodeId;
 use crate::nodes::Nodes;
 use crate::overlay::Overlay;
 use crate::particles::Particles;
@@ -15,10 +16,6 @@ use crate::water::Water;
 use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, SceneRoots, Skin, Texture};
 use glam::{Mat4, Quat, Vec3};
 use std::sync::{Arc, Weak};
-
-/// The index of a node in [`Scene::nodes`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct NodeId(pub u32);
 
 /// A node: a transform in the scene, with what it holds.
 #[derive(Clone, Debug, PartialEq)]

@@ -6,8 +6,9 @@
 //! indices.
 
 mod stored;
+mod wanted;
 
-use crate::{Cache, Mesh, Primitive, PrimitiveLevel, Scene, Topology};
+use crate::{Cache, Mesh, Primitive, PrimitiveLevel, Scene};
 use glam::Vec2;
 use meshoptimizer_rs::{
     Attributes, Error, Limits, Positions, SimplifyOptions, SimplifySettings, VertexFlags, Workspace, simplify_scale,
@@ -15,9 +16,8 @@ use meshoptimizer_rs::{
 };
 use std::collections::HashMap;
 use std::sync::Arc;
+use wanted::{TRIANGLES_MIN, is_wanted};
 
-/// No level has fewer triangles, and meshes below twice as many have no levels.
-const TRIANGLES_MIN: usize = 32;
 /// Each level has so much of the triangles of the one before, if that is possible.
 const SHARE: f32 = 0.5;
 /// What leaves more of them is no level.
@@ -72,14 +72,6 @@ impl Scene {
         }
         warnings
     }
-}
-
-fn is_wanted(primitive: &Primitive) -> bool {
-    let count = if primitive.indices.is_empty() { primitive.positions.len() } else { primitive.indices.len() };
-    primitive.topology == Topology::Triangles
-        && primitive.morph_targets.is_empty()
-        && primitive.levels.is_empty()
-        && count >= 6 * TRIANGLES_MIN
 }
 
 type Made = Result<Vec<Vec<PrimitiveLevel>>, Error>;
@@ -245,7 +237,7 @@ fn flags(primitive: &Primitive, shared: &std::collections::HashSet<Place>) -> Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::primitives;
+    use crate::{Topology, primitives};
     use glam::Vec3;
 
     fn scene_of(primitives: Vec<Primitive>) -> Scene {

@@ -1,6 +1,6 @@
 //! What is baked: maps, probes, or both.
 
-use super::args::BakeArgs;
+use crate::args::bake::BakeArgs;
 use crate::failure::Failure;
 use glam::Vec3;
 use manypass_bake::{

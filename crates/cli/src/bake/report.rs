@@ -1,7 +1,7 @@
 //! What a bake says that it did.
 
-use super::Outputs;
 use super::bakers::Found;
+use super::outputs::Outputs;
 use glam::Vec3;
 use serde_json::{Value, json};
 

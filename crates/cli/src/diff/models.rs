@@ -1,7 +1,7 @@
 //! Two models, seen by one camera: their pictures and their variables.
 
-use super::DiffArgs;
 use super::source::Source;
+use crate::args::diff::DiffArgs;
 use crate::camera::{self, CameraSpec, DEFAULT_ORBIT, Place};
 use crate::chosen::Chosen;
 use crate::exposure::Taken;
@@ -12,7 +12,7 @@ use crate::older::Told;
 use crate::request::effects;
 use crate::session::{self, still_failure};
 use crate::surroundings::Surroundings;
-use crate::{interrupt, job, looks, memory, scenes};
+use crate::{interrupt, job, looks, memory, scenes, size};
 use manypass::{Aov, EffectFile, FrameRequest, Renderer, Settings, View};
 use manypass_offline::still::{aov_named, aov_names, render_still};
 use manypass_offline::{AovLayer, CameraData, Picture};
@@ -75,7 +75,7 @@ fn variables(asked: &str) -> Result<Vec<Aov>, Failure> {
 /// Wrong usage, an input that cannot be read, no adapter, or a picture that cannot be drawn.
 pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let frame = &args.frame;
-    let (width, height) = job::size(&frame.size)?;
+    let (width, height) = size::parse(&frame.size)?;
     let spec = job::camera(frame)?;
     // All are drawn, because what changed is told by all.
     let (listed, drawn) = (variables(frame.aov.as_deref().unwrap_or("all"))?, variables("all")?);

@@ -1,8 +1,9 @@
 //! What `diff` prints.
 
+use super::comparison::{Compared, Comparison};
 use super::models::Placement;
 use super::variables::{Changed, Variable, Variables, unit};
-use super::{Compared, Comparison, DiffArgs};
+use crate::args::diff::DiffArgs;
 use manypass_flip::Exposures;
 use manypass_offline::decode::Light;
 use serde_json::{Value, json};

@@ -1,8 +1,8 @@
 //! The sheet of `diff`: A, B and the map of their differences; of models also the variables that differ.
 
+use super::comparison::{Compared, Comparison};
 use super::swatch::{opaque, range, shown, srgb};
 use super::variables::{Variable, unit};
-use super::{Compared, Comparison};
 use crate::failure::Failure;
 use crate::session::output_failure;
 use manypass::LegendEntry;

@@ -1,6 +1,6 @@
 //! An input of a batch: read, on the device, and metered.
 
-use super::{Batch, failed};
+use super::batch::{Batch, failed};
 use crate::ahead::ReadAhead;
 use crate::args::RenderArgs;
 use crate::camera::Place;

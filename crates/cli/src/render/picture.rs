@@ -1,7 +1,8 @@
 //! One picture of a batch: drawn, put into its files, reported.
 
+use super::batch::{Batch, failed};
 use super::load::Loaded;
-use super::{Batch, failed, simulate};
+use super::simulate;
 use crate::deliver::Delivery;
 use crate::failure::{Failure, say};
 use crate::gather::Item;

@@ -4,6 +4,7 @@ use crate::args::{Cli, Command, FrameArgs};
 use crate::chosen::Chosen;
 use crate::failure::Failure;
 use crate::job::{self, Job};
+use crate::size;
 use clap::Parser;
 use clap::error::ErrorKind;
 use manypass::Settings;
@@ -107,7 +108,7 @@ fn fault_of(command: Command, page: &[Snippet], own: &Own) -> Result<(), Failure
         }
         Command::Bench(mut args) => {
             own_effects(&mut args.change.effects);
-            job::size(&args.size)?;
+            size::parse(&args.size)?;
             Chosen::of_change(&args.change)?.meeting_stages(true).settings(Settings::default(), None).map(drop)
         }
         _ => Ok(()),

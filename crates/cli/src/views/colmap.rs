@@ -3,7 +3,7 @@
 //! A pose is to the camera from the world: a quaternion, w first, and a translation. The camera has +X right, +Y down
 //! and looks along +Z, as in OpenCV.
 
-use super::{Fault, HINT, Lens, Listed, MOST_VIEWS, too_many, unread};
+use super::listed::{Fault, HINT, Lens, Listed, MOST_VIEWS, too_many, unread};
 use crate::failure::{Failure, Kind};
 use glam::{DMat3, DQuat, DVec3};
 use manypass_scene::input_file;

@@ -3,7 +3,7 @@
 //! `transform_matrix` is rows, for column vectors, to the world from a camera that looks along −Z with +Y up, as in
 //! OpenGL. What one frame does not say of its lens is that of the file.
 
-use super::{Fault, HINT, Lens, Listed, MOST_VIEWS, unread};
+use super::listed::{Fault, HINT, Lens, Listed, MOST_VIEWS, unread};
 use crate::failure::{Failure, Kind};
 use glam::{DMat3, DVec3};
 use manypass_scene::input_file;

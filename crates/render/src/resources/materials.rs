@@ -353,9 +353,7 @@ impl Described {
         let is_there = |slot: usize| slots[slot].1.is_some();
         let maps = slots.each_ref().map(|(reference, sampled)| reference.filter(|_| sampled.is_some()));
         let uv_rows = uv_rows_of(maps, material.tangent_uv_set().unwrap_or(0));
-        let as_it_is = uv_rows_of([None; 5], 0);
         let is_dark = material.emissive_texture.is_some() && !is_there(4);
-        let masked = matches!(material.alpha_mode, AlphaMode::Mask { .. });
         let blended = material.alpha_mode == AlphaMode::Blend;
         let has_layer = |bits: u32| layers.as_ref().is_some_and(|layers| layers.bits & bits != 0);
         let transmission = material.transmission.filter(|_| has_layer(LAYER_TRANSMISSION));
@@ -394,10 +392,7 @@ impl Described {
         if !occlusion_apart {
             textures[3] = white;
         }
-        let double_sided = material.double_sided;
         let emits = factors.emissive.max_element() > 0.0;
-        let unlit = material.shading_model == ShadingModel::Unlit;
-        let casts_shadow = material.casts_shadow;
         let is_baked = has_layer(LAYER_LIGHT_MAP);
         Self {
             factors,
@@ -407,13 +402,13 @@ impl Described {
             textured,
             occlusion_apart,
             normal_map,
-            places_uvs: uv_rows != as_it_is,
-            masked,
+            places_uvs: uv_rows != uv_rows_of([None; 5], 0),
+            masked: matches!(material.alpha_mode, AlphaMode::Mask { .. }),
             blended,
-            double_sided,
+            double_sided: material.double_sided,
             emits,
-            unlit,
-            casts_shadow,
+            unlit: material.shading_model == ShadingModel::Unlit,
+            casts_shadow: material.casts_shadow,
             is_baked,
         }
     }

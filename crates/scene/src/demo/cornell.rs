@@ -1,7 +1,7 @@
 //! The Cornell box: a white room with a red and a green wall under a lamp, all of it matte, to see what light does
 //! between surfaces (after Goral et al. 1984, "Modeling the Interaction of Light Between Diffuse Surfaces").
 
-use super::{Demo, pose};
+use super::builder::{Demo, pose};
 use crate::material::Specular;
 use crate::primitives::{cube, plane};
 use crate::{Camera, Mapped, Node, Projection, Scene};

@@ -3,8 +3,12 @@
 //! Pictures are as they are seen from the middle of the cube, and lie as three.js has them: faces are named for axes of
 //! a left-handed space, so that +X is on the left of who looks along +Z.
 
-use super::{Decoded, EnvironmentError, EnvironmentMap, KEPT_WIDTH_MAX, cut, equirectangular_direction};
-use super::{decode_exr, decode_radiance, is_exr, is_radiance};
+use super::exr_file::decode_exr;
+use super::map::{
+    Cube, Decoded, EnvironmentError, EnvironmentMap, KEPT_WIDTH_MAX, Padded, cut, equirectangular_direction,
+};
+use super::picture::is_exr;
+use super::radiance::{decode_radiance, is_radiance};
 use crate::colour::linear_from_srgb;
 use crate::gltf_file::MAX_FILE_BYTES;
 use crate::input_file;
@@ -70,19 +74,6 @@ pub fn face_files(folder: &Path) -> Result<[PathBuf; 6], String> {
 
 fn all_names() -> String {
     NAMES.map(|names| names.join(" ")).join(", or ")
-}
-
-/// A face: its texels with a border of those around it.
-#[derive(Clone, Debug, PartialEq)]
-struct Padded {
-    texels: Vec<Vec3>,
-}
-
-/// The faces of a cube.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Cube {
-    side: usize,
-    faces: Vec<Padded>,
 }
 
 impl Cube {

@@ -1,6 +1,6 @@
 //! Stands in for the reader of OpenEXR files where the feature `exr` is off.
 
-use super::{CheckSize, Decoded};
+use super::map::{CheckSize, Decoded};
 
 const MESSAGE: &str = "it is an OpenEXR file, and this program was built without the feature `exr`";
 

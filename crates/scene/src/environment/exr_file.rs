@@ -1,6 +1,6 @@
 //! Pictures in OpenEXR files (.exr).
 
-use super::{CheckSize, Decoded};
+use super::map::{CheckSize, Decoded};
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use std::io::Cursor;

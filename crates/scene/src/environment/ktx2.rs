@@ -1,9 +1,8 @@
 //! Cube maps in KTX2 containers. Levels below the first are taken to be prefiltered: what a surface reflects whose
 //! perceptual roughness is the level divided by the number of the last one, as tools that prefilter write them.
 
-use super::cube::Cube;
-use super::parts::{Level, PrefilteredEnvironment};
-use super::{Decoded, EnvironmentError, EnvironmentMap, FACE_SIDE_MAX};
+use super::cube::FACE_SIDE_MAX;
+use super::map::{Cube, Decoded, EnvironmentError, EnvironmentMap, Level, PrefilteredEnvironment};
 use crate::ktx2::{Header, header, level};
 use half::f16;
 

@@ -3,7 +3,7 @@
 //! Source: Ward, "Real Pixels", Graphics Gems II, 1991, and the file format reference of Radiance. What a header calls
 //! EXPOSURE and COLORCORR was multiplied into the texels, every line of them, and is divided out of them again.
 
-use super::{CheckSize, Decoded};
+use super::map::{CheckSize, Decoded};
 use image::codecs::hdr::{HdrDecoder, HdrMetadata};
 use image::{ImageDecoder, ImageError};
 use std::io::{ErrorKind, Read};

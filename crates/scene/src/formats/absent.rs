@@ -1,6 +1,6 @@
 //! Stands in for the readers of all formats but glTF where the feature `formats` is off.
 
-use super::Format;
+use super::format::Format;
 use crate::gltf_file::{LoadError, Loaded};
 
 type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;

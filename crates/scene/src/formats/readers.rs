@@ -11,8 +11,10 @@ mod stl;
 mod text;
 mod threemf;
 mod two_sided;
+mod vertex_corners;
 
-use super::{Format, START_BYTES};
+use super::detect::START_BYTES;
+use super::format::Format;
 use crate::gltf_file::{self, LoadError, Loaded};
 use crate::tally::Tally;
 use std::fmt::Display;

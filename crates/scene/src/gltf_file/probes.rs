@@ -6,7 +6,10 @@
 //! and `distances` (VEC2: [`Probe::distances`]).
 
 use super::accessor::to_f32;
-use super::{Document, LoadError, Numbers, Parts, json::Json};
+use super::document::Document;
+use super::error::LoadError;
+use super::json::Json;
+use super::write::{Numbers, Parts};
 use crate::probes::{
     AmbientCube, DISTANCE_SIDE, GRIDS_MAX, Harmonics, Probe, ProbeBasis, ProbeGrid, ProbeLight, SmallSource,
 };

@@ -1,6 +1,7 @@
 //! What a surface has that its triangles have not: relief from heights, detail that repeats, and light that was baked.
 
-use super::{Mapped, TextureRef};
+use super::layers::Mapped;
+use super::texture::TextureRef;
 
 /// What a height map does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,6 +1,6 @@
 //! What materials have beyond metallic-roughness: the layers and the transmission of glTF's ratified extensions.
 
-use super::{Material, TextureRef};
+use super::texture::TextureRef;
 use glam::Vec3;
 
 /// A factor, and the texture that multiplies it.
@@ -200,30 +200,5 @@ impl LayerMap {
     /// Whether its texels are sRGB colours.
     pub const fn is_srgb(self) -> bool {
         matches!(self, Self::SpecularColor | Self::SheenColor | Self::DiffuseTransmissionColor | Self::DetailColor)
-    }
-}
-
-impl Material {
-    /// The texture at a place of its layers.
-    pub fn layer_texture(&self, map: LayerMap) -> Option<TextureRef> {
-        match map {
-            LayerMap::Specular => self.specular?.weight.texture,
-            LayerMap::SpecularColor => self.specular?.color.texture,
-            LayerMap::Clearcoat => self.clearcoat?.weight.texture,
-            LayerMap::ClearcoatRoughness => self.clearcoat?.roughness.texture,
-            LayerMap::ClearcoatNormal => self.clearcoat?.normal_texture,
-            LayerMap::SheenColor => self.sheen?.color.texture,
-            LayerMap::SheenRoughness => self.sheen?.roughness.texture,
-            LayerMap::Anisotropy => self.anisotropy?.texture,
-            LayerMap::Iridescence => self.iridescence?.weight.texture,
-            LayerMap::IridescenceThickness => self.iridescence?.thickness_texture,
-            LayerMap::Transmission => self.transmission?.texture,
-            LayerMap::Thickness => self.volume?.thickness.texture,
-            LayerMap::DiffuseTransmission => self.diffuse_transmission?.weight.texture,
-            LayerMap::DiffuseTransmissionColor => self.diffuse_transmission?.color.texture,
-            LayerMap::Height => Some(self.height?.texture),
-            LayerMap::DetailNormal => self.detail?.normal_texture,
-            LayerMap::DetailColor => self.detail?.base_color_texture,
-        }
     }
 }

@@ -6,9 +6,6 @@ use crate::material::{HeightMap, HeightMethod};
 use crate::{Diagnostic, Material, TextureRef};
 use std::ops::Range;
 
-/// The words of `height_method`.
-pub(super) const METHODS: &[&str] = &["bump", "parallax", "steep", "occlusion"];
-
 /// The keys beside `height_map`.
 const KEYS: [&str; 3] = ["height_depth_m", "height_method", "self_shadow"];
 

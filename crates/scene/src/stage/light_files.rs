@@ -1,8 +1,8 @@
 //! The files that `[environment]` names: the picture, and what is known of its light. Settings are checked by whoever
 //! draws, but files are read with the scene.
 
+use super::older::value;
 use super::table::{Placed, Source};
-use super::value;
 use crate::environment::{BrdfTable, LEVEL};
 use crate::{Diagnostic, EnvironmentMap};
 use std::path::Path;

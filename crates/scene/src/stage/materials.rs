@@ -9,11 +9,6 @@ use crate::{Diagnostic, Image, ImageSource, Material, Sampler, Scene, Texture, T
 use glam::{Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
 
-/// The words of `light_map_encoding`.
-pub(super) const ENCODINGS: &[&str] = &LightEncoding::NAMES;
-/// The words of `normal_convention`.
-pub(super) const CONVENTIONS: &[&str] = &["opengl", "directx"];
-
 /// Keys that say how a map is used, and the key of that map.
 const OF_MAPS: [(&str, &[&str]); 8] = [
     ("occlusion_texcoord", &["occlusion_map"]),

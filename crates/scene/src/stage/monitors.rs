@@ -1,17 +1,13 @@
 //! Monitors of a stage: what cameras of the scene see, and where it is shown.
 
-use super::particles::camera_called;
+use super::cameras::camera_called;
 use super::screens::Screen;
 use super::table::{Placed, Source, Table};
-use crate::capture::{CaptureOptions, LAYERS_ALL, MONITOR_SIDE_MAX, MONITORS_MAX, Monitor, MonitorCamera, Update};
+use super::updates::update_of;
+use crate::capture::{CaptureOptions, LAYERS_ALL, MONITOR_SIDE_MAX, MONITORS_MAX, Monitor, MonitorCamera};
 use crate::framing::{DEFAULT_FOV_Y_RAD, look_along};
 use crate::{Diagnostic, Image, Projection, Scene, Wrap};
 use glam::{Mat4, Vec3};
-
-/// The words of `update`.
-pub(super) const UPDATES: &[&str] = &["always", "once"];
-/// The words of `quality`; whoever draws knows what they mean.
-pub(super) const QUALITIES: &[&str] = &["low", "medium", "high", "ultra"];
 
 /// The size of a picture where nobody says.
 const SIZE_PX: (u32, u32) = (512, 288);
@@ -91,11 +87,6 @@ impl MonitorEntry {
     }
 }
 
-/// A whole number.
-pub(super) fn whole(table: &Table<'_>, key: &str, number: f32) -> Result<u32, Box<Diagnostic>> {
-    if number.fract() == 0.0 { Ok(number as u32) } else { Err(table.fault(key, format!("`{key}` is a whole number"))) }
-}
-
 fn size_px(table: &Table<'_>) -> Result<(u32, u32), Box<Diagnostic>> {
     let Some(size) = table.pair("size_px") else { return Ok(SIZE_PX) };
     let is_side = |side: f32| side.fract() == 0.0 && (1.0..=MONITOR_SIDE_MAX as f32).contains(&side);
@@ -147,21 +138,4 @@ pub(super) fn check(monitors: &[MonitorEntry], source: &Source) -> Result<(), Bo
         }
     }
     Ok(())
-}
-
-/// When something is drawn anew, by the keys `update` and `every`.
-///
-/// # Errors
-/// The two do not go together.
-pub(super) fn update_of(table: &Table<'_>) -> Result<Update, Box<Diagnostic>> {
-    let every = table.number("every").map(|every| whole(table, "every", every)).transpose()?;
-    let update = match (table.text("update").map(|word| word.value == UPDATES[1]), every) {
-        (Some(true), Some(_)) => {
-            return Err(table.fault("every", "`every` does not go with `update = \"once\"`"));
-        }
-        (Some(true), None) => Update::Once,
-        (_, Some(frames)) if frames > 1 => Update::Every(frames),
-        _ => Update::Always,
-    };
-    Ok(update)
 }

@@ -1,9 +1,13 @@
-//! The older names that a stage uses.
+//! Values and lists of a stage by their names, and the older names that it uses.
 
-use super::value;
 use crate::renamed::{NameKind, RENAMED, Renamed, current};
 use toml::Spanned;
 use toml::de::{DeTable, DeValue};
+
+/// The value that is called `name` in the text.
+pub(super) fn value<'t, 'i>(table: &'t DeTable<'i>, name: &str) -> Option<&'t Spanned<DeValue<'i>>> {
+    table.iter().find(|(key, _)| &**key.get_ref() == name).map(|(_, value)| value)
+}
 
 /// The list of tables that is called `name` today, whichever name it has in the text.
 pub(super) fn list_of<'t, 'i>(root: &'t DeTable<'i>, name: &str) -> Option<&'t Spanned<DeValue<'i>>> {

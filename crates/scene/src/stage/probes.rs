@@ -1,8 +1,7 @@
 //! Grids of probes of a stage.
 
-use super::monitors::whole;
 use super::surroundings::region;
-use super::table::{Placed, Source, Table};
+use super::table::{Placed, Source, Table, whole};
 use crate::probes::{GRIDS_MAX, LiveProbes, ProbeBasis, ProbeGrid};
 use crate::surroundings::Region;
 use crate::{Aabb, Diagnostic, Scene};

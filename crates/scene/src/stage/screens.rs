@@ -1,16 +1,13 @@
 //! Materials of the model that show a picture which is none of its own: what a monitor or a simulation makes.
 
-use super::monitors::whole;
 use super::names::Pattern;
-use super::table::{Placed, Source, Table};
+use super::table::{Placed, Source, Table, whole};
+use super::words::SLOTS;
 use crate::gltf_file::geometry::add_tangents;
 use crate::{Diagnostic, Image, Primitive, Sampler, Scene, Texture, TextureRef, Wrap};
 use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// The words of `slot`.
-pub(super) const SLOTS: &[&str] = &["emission", "base_color"];
 
 /// A picture fills the UV square 0 to 1. UVs that go beyond it by no more than this hide nothing of it that anybody
 /// sees.

@@ -1,9 +1,10 @@
 //! Simulations of a stage.
 
+use super::cameras::camera_called;
 use super::names::Pattern;
 use super::screens::Screen;
 use super::surfaces::nodes_called;
-use super::table::{Placed, Source, Table};
+use super::table::{Placed, Source, Table, whole};
 use crate::capture::LAYERS_ALL;
 use crate::simulation::{BODIES_MAX, CELLS_SIDE_MAX, Program, SIMULATIONS_MAX, Simulation};
 use crate::{Diagnostic, Image, NodeId, Scene, Wrap};
@@ -67,7 +68,7 @@ impl SimulationEntry {
                 Some((cells.x as u32, cells.y as u32))
             }
         };
-        let seed = table.number("seed").map(|seed| super::monitors::whole(table, "seed", seed)).transpose()?;
+        let seed = table.number("seed").map(|seed| whole(table, "seed", seed)).transpose()?;
         let names = |key: &str| -> Vec<Placed<Pattern>> {
             let texts = table.texts(key).unwrap_or_default();
             texts.iter().map(|name| Placed { value: Pattern::new(&name.value), range: name.range.clone() }).collect()
@@ -152,7 +153,7 @@ impl SimulationEntry {
             simulation.place = Some(place);
         }
         if let Some(sees) = &self.sees {
-            simulation.sees = Some(super::particles::camera_called(source, scene, sees)?);
+            simulation.sees = Some(camera_called(source, scene, sees)?);
         }
         scene.simulations.push(simulation);
         if let Some(picture) = &self.normal_picture {

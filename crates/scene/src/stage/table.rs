@@ -1,7 +1,9 @@
 //! A table of a stage file whose keys and values are those that are declared, with their places.
 
 use super::keys::{StageKey, StageTable, StageType};
+use super::older;
 use crate::colour::linear_from_srgb;
+use crate::light::LIGHTS_MAX;
 use crate::renamed::{NameKind, current};
 use crate::{Diagnostic, spelling};
 use glam::{Vec2, Vec3};
@@ -34,6 +36,27 @@ impl Source {
         let nearest = spelling::nearest(name, known).map(|nearest| format!("; did you mean `{nearest}`?"));
         self.fault(range, format!("{message}{}", nearest.unwrap_or_default()))
     }
+}
+
+/// The most tables of lists that are parsed: so many of each kind are possible, and parsed tables are far larger than
+/// their text.
+const MOST_TABLES: usize = 4 * LIGHTS_MAX as usize;
+
+/// The tables of a text.
+///
+/// # Errors
+/// It is not TOML, or has too many.
+pub(super) fn document(source: &Source) -> Result<Spanned<DeTable<'_>>, Box<Diagnostic>> {
+    let starts = std::iter::once(0).chain(source.text.match_indices('\n').map(|(at, _)| at + 1));
+    let is_table = |start: &usize| source.text.get(*start..).is_some_and(|rest| rest.starts_with("[["));
+    if let Some(start) = starts.filter(is_table).nth(MOST_TABLES) {
+        let message = format!("more than {MOST_TABLES} tables of lists; {LIGHTS_MAX} of a kind are possible");
+        return Err(source.fault(start..start + 2, message));
+    }
+    DeTable::parse(&source.text).map_err(|error| {
+        let end = source.text.len();
+        source.fault(error.span().unwrap_or(end..end), error.message())
+    })
 }
 
 /// Where what is looked for may belong.
@@ -89,7 +112,7 @@ impl<'s> Table<'s> {
             let is_of_stage = declared.name.is_empty();
             let kind = if is_of_stage { NameKind::StageTable } else { NameKind::StageKey(declared.name) };
             let name = current(kind, written);
-            if name != written && super::value(table, name).is_some() {
+            if name != written && older::value(table, name).is_some() {
                 let message =
                     format!("`{written}` is an older name of `{name}`, which is here, too; write `{name}` alone");
                 return Err(source.fault(key.span(), message));
@@ -186,6 +209,11 @@ pub(super) fn tables<'t, 'i>(
         _ => Err(wrong(entry.span())),
     };
     entries.iter().map(of_entry).collect()
+}
+
+/// A whole number.
+pub(super) fn whole(table: &Table<'_>, key: &str, number: f32) -> Result<u32, Box<Diagnostic>> {
+    if number.fract() == 0.0 { Ok(number as u32) } else { Err(table.fault(key, format!("`{key}` is a whole number"))) }
 }
 
 fn refused(source: &Source, key: &StageKey, value: &Spanned<DeValue<'_>>) -> Box<Diagnostic> {

@@ -1,65 +1,27 @@
 //! PLY (Turk 1994): meshes and clouds of points, as scanners write them; text, or bytes in either order. It has no
 //! units, and is taken as it is: Y points up.
 
+mod contents;
 mod elements;
 mod faults;
+mod number;
 mod surface;
 mod text;
 
 use super::mtl::Named;
-use super::parts::{Extent, Parts, from_origin, plain_material};
+use super::parts::{Parts, plain_material};
 use super::polygon;
 use super::smooth::{Smoothing, smooth, weld};
 use crate::gltf_file::{LoadError, Loaded};
 use crate::tally::Tally;
 use crate::{Primitive, Topology};
-use elements::{Face, Nothing, Vertex};
+use contents::{Contents, Has, Resolve, Triangles, WithNormals, is_placed};
+use elements::Nothing;
 use glam::Vec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyAccess, PropertyType, ScalarType};
 use std::collections::HashMap;
 use surface::{Surfaces, set_attributes};
-
-type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
-
-/// What the elements of a file hold.
-#[derive(Default)]
-struct Contents {
-    vertices: Vec<Vertex>,
-    faces: Vec<Face>,
-    strips: Vec<Face>,
-    has_vertices: bool,
-    has_faces: bool,
-}
-
-impl Contents {
-    /// Tells positions from the middle of what lies away from the file's origin, and gives that; else they stay.
-    fn bring_near(&mut self) -> Vec3 {
-        let mut extent = Extent::default();
-        self.vertices.iter().for_each(|vertex| extent.add(vertex.place()));
-        let origin = extent.origin();
-        if origin != Vec3::ZERO {
-            self.vertices.iter_mut().for_each(|vertex| vertex.position = from_origin(vertex.place(), origin));
-        }
-        origin
-    }
-}
-
-/// Which attributes vertices have.
-#[derive(Clone, Copy, Debug)]
-struct Has {
-    normals: bool,
-    colors: bool,
-    uvs: bool,
-}
-
-/// Triangles, and the corner of a face that each of their corners is.
-#[derive(Debug, Default)]
-struct Triangles {
-    indices: Vec<u32>,
-    /// The face and its corner; only where faces have surfaces of their own.
-    corners: Vec<(u32, u32)>,
-}
 
 /// The textures that a file names in the comments of its header, as MeshLab writes them.
 fn textures(header: &Header) -> Vec<Named> {
@@ -126,20 +88,8 @@ pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadEr
     parts.finish()
 }
 
-/// Whether a vertex has a place.
-fn is_placed(vertex: &Vertex) -> bool {
-    vertex.position.iter().all(|value| value.is_finite())
-}
-
 fn unit(normal: [f32; 3]) -> [f32; 3] {
     Vec3::from(normal).try_normalize().unwrap_or(Vec3::Y).to_array()
-}
-
-/// Vertices with normals: of each corner of the triangles its vertex here, and of those the former vertices.
-struct WithNormals {
-    of_corner: Vec<u32>,
-    source: Vec<u32>,
-    normals: Vec<[f32; 3]>,
 }
 
 /// The normals of the file, or those that are made.

@@ -2,7 +2,7 @@
 
 mod corners;
 
-use corners::Corners;
+use corners::{Corners, turn};
 use glam::{DVec2, DVec3, Vec3};
 use std::collections::VecDeque;
 
@@ -48,11 +48,6 @@ fn flattened(points: &[Vec3]) -> Vec<DVec2> {
     let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
     // The pair and the normal are right-handed.
     points.iter().map(|point| DVec2::new(at(point).dot(x), at(point).dot(y))).collect()
-}
-
-/// Twice the area of a triangle; below 0 where it turns clockwise.
-fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    (b - a).perp_dot(c - a)
 }
 
 /// Cuts off corners that hold no other corner, one after the other (Meisters 1975). What is cut off is within the

@@ -4,6 +4,7 @@
 //!
 //! Z points up in the file. Meshes keep the file's numbers; a node above all turns them and takes them to metres.
 
+mod attribute;
 mod build;
 mod package;
 mod xml;

@@ -1,7 +1,8 @@
 //! Stands in for the decoder where the feature `draco` is off.
 
-use super::Unpacked;
-use crate::gltf_file::{Document, LoadError, json::Json};
+use crate::gltf_file::document::{Document, Unpacked};
+use crate::gltf_file::error::LoadError;
+use crate::gltf_file::json::Json;
 use std::collections::BTreeMap;
 
 pub(super) fn unpack_accessors(

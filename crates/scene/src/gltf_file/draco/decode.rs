@@ -1,8 +1,11 @@
 //! Draco's bitstream to the elements of accessors.
 
-use super::{Unpacked, packed_accessors};
-use crate::gltf_file::accessor::{Component, header};
-use crate::gltf_file::{Document, LoadError, json::Json};
+use super::accessors::packed_accessors;
+use crate::gltf_file::accessor::header;
+use crate::gltf_file::component::Component;
+use crate::gltf_file::document::{Document, Unpacked};
+use crate::gltf_file::error::LoadError;
+use crate::gltf_file::json::Json;
 use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute, PointIndex};
 use std::collections::BTreeMap;
 

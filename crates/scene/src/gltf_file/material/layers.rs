@@ -1,8 +1,9 @@
 //! The extensions of materials.
 
-use super::super::{LoadError, json::Json};
-use super::Slots;
+use super::slots::Slots;
 use crate::TextureRef;
+use crate::gltf_file::error::LoadError;
+use crate::gltf_file::json::Json;
 use crate::material::{
     Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LightEncoding, LightMap, Mapped, Material, Sheen,
     Specular, Volume,

@@ -2,8 +2,10 @@
 
 mod filters;
 
-use super::NAMES;
-use crate::gltf_file::{Document, LoadError, json::Json};
+use crate::gltf_file::document::Document;
+use crate::gltf_file::error::LoadError;
+use crate::gltf_file::json::Json;
+use crate::gltf_file::packed::NAMES;
 use meshoptimizer_rs::{Error, Limits, Workspace, codec};
 
 /// Why a stream cannot be decoded.

@@ -1,7 +1,7 @@
 //! What nothing refers to any more leaves a file.
 
 use super::Parts;
-use crate::gltf_file::SUPPORTED_EXTENSIONS;
+use crate::gltf_file::extensions::SUPPORTED_EXTENSIONS;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,6 +1,6 @@
 //! The triangles of an OBJ's polygons, with normals where the file has none.
 
-use super::{Corner, Element, File, NONE, Part, check, elements, push_vertex};
+use super::file::{Corner, Element, File, NONE, Part, check, elements, push_vertex};
 use crate::formats::readers::parts::{Parts, by_material};
 use crate::formats::readers::polygon;
 use crate::formats::readers::smooth::{Smoothing, smooth, weld};

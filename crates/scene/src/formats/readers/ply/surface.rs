@@ -1,7 +1,7 @@
 //! How the triangles of a PLY look: colours of vertices or faces, and textures with coordinates of either.
 
+use super::contents::{Contents, Has, Resolve, Triangles, WithNormals, is_placed};
 use super::elements::{Surface, Vertex};
-use super::{Contents, Has, Resolve, Triangles, WithNormals};
 use crate::formats::readers::image_files::{ImageFiles, texture};
 use crate::formats::readers::mtl::Named;
 use crate::formats::readers::parts::{Parts, by_material, linear, plain_material};
@@ -104,7 +104,7 @@ impl Surfaces {
         let vertex_of = |index: u32| {
             let vertex =
                 with_normals.source.get(index as usize).and_then(|vertex| contents.vertices.get(*vertex as usize));
-            vertex.filter(|vertex| super::is_placed(vertex)).copied()
+            vertex.filter(|vertex| is_placed(vertex)).copied()
         };
         let nowhere = Vertex::new();
         if !self.are_of_faces() {
