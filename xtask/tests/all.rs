@@ -4,6 +4,7 @@ mod architecture;
 mod arrows;
 mod circles;
 mod imports;
+mod names;
 mod pages;
 mod programs;
 mod sentences;

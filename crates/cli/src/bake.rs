@@ -8,21 +8,21 @@ mod report;
 
 use crate::args::bake::BakeArgs;
 use crate::args::{ChangeArgs, FrameArgs};
-use crate::chosen::Chosen;
+use crate::chosen::SettingsChoice;
 use crate::failure::{Failure, Kind, say};
-use crate::input::{Input, Opened};
+use crate::input::{Input, InputScene};
 use crate::inspect::one;
-use crate::older::{self, Told};
+use crate::older::{self, ToldNames};
 use crate::output;
 use crate::session::{ms_since, print};
 use crate::stage::model_hint;
 use crate::surroundings::Surroundings;
 use crate::{interrupt, scenes};
-use bakers::{Bakers, Found, Wanted};
+use bakers::{BakeRequest, BakeResults, Bakers};
 use glam::Vec3;
 use journal::Journal;
 use manypass::{Environment, EnvironmentRadiance, Settings};
-use manypass_bake::{Around, BakeError, Encoding, Surfaces, picture_file};
+use manypass_bake::{BakeError, DistantLight, Encoding, Surfaces, picture_file};
 use manypass_scene::gltf_file::{Parts, put_extra};
 use manypass_scene::stage::is_stage;
 use manypass_scene::{EnvironmentLight, LightMode, Scene, Stage};
@@ -37,7 +37,7 @@ use std::time::Instant;
 /// The environment as a bake asks for it.
 struct Surround(EnvironmentRadiance);
 
-impl Around for Surround {
+impl DistantLight for Surround {
     fn key(&self) -> u64 {
         self.0.key()
     }
@@ -59,7 +59,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let input = one(&args.input)?;
     let outputs = Outputs::new(args, &input)?;
     outputs.check(&input)?;
-    let wanted = Wanted::new(args)?;
+    let wanted = BakeRequest::new(args)?;
     if let Some(pair) = args.set.iter().find(|pair| !pair.trim_start().starts_with("environment.")) {
         let message = format!("`--set {pair}` does not affect the bake");
         return Err(Failure::usage(message, "`bake` takes settings of the environment alone: environment.KEY=VALUE"));
@@ -73,7 +73,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
         change: ChangeArgs { set: args.set.clone(), ..ChangeArgs::default() },
         ..FrameArgs::default()
     };
-    let chosen = Chosen::of_frame(&frame)?.meeting_stages(stage.is_some());
+    let chosen = SettingsChoice::of_frame(&frame)?.meeting_stages(stage.is_some());
     let (settings, _) = chosen.settings(Settings::default(), stage.as_ref())?;
     warnings.extend(Surroundings::new(None).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
@@ -89,7 +89,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let source = environment_name(&settings, &scene);
     say_what_is_baked(args, (&input, stage.as_ref()), &settings, source);
     let around = EnvironmentRadiance::new(&settings.environment, &scene).map(Surround);
-    let around = around.as_ref().map(|around| around as &dyn Around);
+    let around = around.as_ref().map(|around| around as &dyn DistantLight);
     let bar = Bar::new(args.quiet, &wanted);
     let surfaces = Surfaces::new(&scene);
     let in_input = |error: BakeError| {
@@ -149,7 +149,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
 fn put(
     parts: &mut Parts,
     scene: &Scene,
-    (wanted, found): (&Wanted, &Found),
+    (wanted, found): (&BakeRequest, &BakeResults),
     encoding: Encoding,
 ) -> Result<(), BakeError> {
     if let Some(maps) = &found.maps {
@@ -189,9 +189,9 @@ fn key(baker: &Bakers, parts: &Parts, encoding: Encoding) -> String {
 
 /// What the file says of its maps and probes.
 fn provenance(
-    (wanted, before): (&Wanted, &Value),
+    (wanted, before): (&BakeRequest, &Value),
     (key, encoding, source): (&str, &str, &str),
-    found: &Found,
+    found: &BakeResults,
 ) -> Value {
     let mut extras = json!({ "key": key, "environment": source });
     // What stays in the file of a bake before.
@@ -263,7 +263,7 @@ fn interrupted(bar: &Bar, is_kept: bool) -> Failure {
 /// Tells of older names, and that a file without lights has the light of the studio baked, which nobody asked for.
 fn say_what_is_baked(args: &BakeArgs, (input, stage): (&Input, Option<&Stage>), settings: &Settings, source: &str) {
     if !args.quiet {
-        Told::default().say(&input.name(), &older::of_input(input, stage));
+        ToldNames::default().say(&input.name(), &older::of_input(input, stage));
     }
     if source == "studio" && settings.environment.source == Environment::Auto && !args.quiet {
         let what = "it has no lights, so the light of the studio is baked; --environment none leaves it out";
@@ -284,7 +284,7 @@ fn environment_name(settings: &Settings, scene: &Scene) -> &'static str {
 
 /// The scene of an input, what its reader warns of, its stage, and its model as a file that can be written.
 fn open(input: &Input) -> Result<(Scene, Vec<String>, Option<Stage>, Parts), Failure> {
-    let Opened { scene, mut warnings, stage } = input.load()?;
+    let InputScene { scene, mut warnings, stage } = input.load()?;
     let model = match (input, &stage) {
         (Input::File(path), Some(stage)) if is_stage(path) => {
             let folder = path.parent().unwrap_or(Path::new(""));

@@ -3,7 +3,7 @@
 use crate::args::{FrameArgs, RenderArgs};
 use crate::camera::CameraSpec;
 use crate::failure::Failure;
-use crate::looks::{self, Look, Several};
+use crate::looks::{self, Look, PictureAxes};
 use crate::pattern::Pattern;
 use crate::size;
 use crate::views::{self, Views};
@@ -28,7 +28,7 @@ pub struct Job {
     /// The camera and the variant, as far as they are known without the file.
     pub look: Look,
     /// What one input has several pictures by.
-    pub several: Several,
+    pub several: PictureAxes,
     /// The kind of file.
     pub format: Format,
     /// How the pixels of .exr are packed.
@@ -61,9 +61,9 @@ impl Job {
             (None, Some(count)) => Some((0, count.saturating_sub(1))),
             (None, None) => None,
         };
-        let looks = Several::looks(&args.frame);
+        let looks = PictureAxes::looks(&args.frame);
         let cameras = looks.cameras || args.cameras.is_some();
-        let of_one = Several { cameras, frames: frames.is_some(), ..looks };
+        let of_one = PictureAxes { cameras, frames: frames.is_some(), ..looks };
         let frame_count = frames.map_or(1, |(a, b)| u64::from(b - a) + 1);
         let (format, output) = output::of_args(args, several || of_one.has_looks() || frame_count > 1, of_one)?;
         let pattern = |flag: &str, path: &Option<PathBuf>| {

@@ -2,7 +2,7 @@
 
 use crate::args::FrameArgs;
 use crate::failure::Failure;
-use crate::looks::{Several, Subject};
+use crate::looks::{PictureAxes, Subject};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -19,11 +19,11 @@ const MOST_DIGITS: usize = 32;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
     text: String,
-    parts: Vec<Part>,
+    parts: Vec<PatternPart>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Part {
+enum PatternPart {
     Text(String),
     Parent,
     Stem,
@@ -33,7 +33,7 @@ enum Part {
     Aov,
 }
 
-impl Part {
+impl PatternPart {
     fn placeholder(name: &str) -> Option<Self> {
         match name {
             "parent" => Some(Self::Parent),
@@ -67,16 +67,16 @@ impl Pattern {
                 }
                 break;
             };
-            let part = Part::placeholder(name).ok_or_else(|| {
+            let part = PatternPart::placeholder(name).ok_or_else(|| {
                 Failure::usage(
                     format!("unknown placeholder `{{{name}}}` in `{text}`"),
                     format!("known: {PLACEHOLDERS}"),
                 )
             })?;
-            parts.extend([Part::Text(before.to_owned()), part]);
+            parts.extend([PatternPart::Text(before.to_owned()), part]);
             rest = after;
         }
-        parts.push(Part::Text(rest.to_owned()));
+        parts.push(PatternPart::Text(rest.to_owned()));
         Ok(Self { text: text.to_owned(), parts })
     }
 
@@ -91,7 +91,7 @@ impl Pattern {
 
     /// The path that `text` is, whatever it holds.
     pub fn literal(text: &str) -> Self {
-        Self { text: text.to_owned(), parts: vec![Part::Text(text.to_owned())] }
+        Self { text: text.to_owned(), parts: vec![PatternPart::Text(text.to_owned())] }
     }
 
     /// The pattern of a flag that makes one file or folder a picture.
@@ -99,13 +99,13 @@ impl Pattern {
     /// # Errors
     /// As [`Self::new`], and wrong usage if the pattern does not tell the pictures of one input apart: not even one
     /// frame, because another call may render the next one; or if it names a variant or a camera and no flag does.
-    pub fn of_flag(flag: &str, path: &Path, several: Several, frame: &FrameArgs) -> Result<Self, Failure> {
+    pub fn of_flag(flag: &str, path: &Path, several: PictureAxes, frame: &FrameArgs) -> Result<Self, Failure> {
         let text = path.to_string_lossy();
         let pattern = Self::new(&text)?;
-        let holds = |kind: fn(&Part) -> bool| pattern.parts.iter().any(kind);
-        let of_frame = holds(|part| matches!(part, Part::Frame { .. }));
-        let of_variant = holds(|part| *part == Part::Variant);
-        let of_camera = holds(|part| *part == Part::Camera);
+        let holds = |kind: fn(&PatternPart) -> bool| pattern.parts.iter().any(kind);
+        let of_frame = holds(|part| matches!(part, PatternPart::Frame { .. }));
+        let of_variant = holds(|part| *part == PatternPart::Variant);
+        let of_camera = holds(|part| *part == PatternPart::Camera);
         let missing = [
             (several.variants && !of_variant, "variants", "{variant}"),
             (several.cameras && !of_camera, "cameras", "{camera}"),
@@ -139,13 +139,13 @@ impl Pattern {
         let mut text = String::new();
         for part in &self.parts {
             match part {
-                Part::Text(literal) => text.push_str(literal),
-                Part::Parent => text.push_str(&names.parent),
-                Part::Stem => text.push_str(&names.stem),
-                Part::Variant => text.push_str(&shortened(&look.variant_name)),
-                Part::Camera => text.push_str(&shortened(&look.camera_name)),
-                Part::Frame { digits } => text.push_str(&format!("{frame:0digits$}")),
-                Part::Aov => text.push_str(aov),
+                PatternPart::Text(literal) => text.push_str(literal),
+                PatternPart::Parent => text.push_str(&names.parent),
+                PatternPart::Stem => text.push_str(&names.stem),
+                PatternPart::Variant => text.push_str(&shortened(&look.variant_name)),
+                PatternPart::Camera => text.push_str(&shortened(&look.camera_name)),
+                PatternPart::Frame { digits } => text.push_str(&format!("{frame:0digits$}")),
+                PatternPart::Aov => text.push_str(aov),
             }
         }
         PathBuf::from(text)
@@ -178,7 +178,7 @@ const INPUT_ENDINGS: [&str; 12] =
 pub fn has_placeholders(path: &Path) -> bool {
     let text = path.to_string_lossy();
     let mut names = text.split('{').skip(1).filter_map(|rest| rest.split_once('}'));
-    names.any(|(name, _)| Part::placeholder(name).is_some())
+    names.any(|(name, _)| PatternPart::placeholder(name).is_some())
 }
 
 /// Whether a path is another name of standard output.
@@ -187,7 +187,7 @@ pub fn is_stdout(path: &Path) -> bool {
 }
 
 /// The names of pictures where none are given, without an ending.
-pub fn default_name(several: Several) -> String {
+pub fn default_name(several: PictureAxes) -> String {
     let of_variants = if several.variants { "_{variant}" } else { "" };
     let of_cameras = if several.cameras { "_{camera}" } else { "" };
     let of_frames = if several.frames { "_{frame:04}" } else { "" };

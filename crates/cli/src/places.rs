@@ -3,7 +3,7 @@
 use crate::args::{FrameArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::gather::Item;
-use crate::identity::{Known, Lookup, Place, is_file};
+use crate::identity::{KnownFiles, Lookup, Place, is_file};
 use crate::input::Input;
 use crate::job::Job;
 use crate::looks::Subject;
@@ -25,8 +25,8 @@ const CHECKED_AT_START: u64 = 20_000;
 /// What a call reads and writes.
 #[derive(Debug, Default)]
 pub struct Places {
-    reads: Known,
-    writes: Known,
+    reads: KnownFiles,
+    writes: KnownFiles,
     /// Folders that `--dump-passes` fills.
     dumps: BTreeSet<PathBuf>,
     /// Folders in which another output has a name as `--dump-passes` gives them.

@@ -8,14 +8,14 @@ mod simulate;
 
 use crate::ahead::ReadAhead;
 use crate::args::RenderArgs;
-use crate::chosen::Chosen;
+use crate::chosen::SettingsChoice;
 use crate::failure::{self, Failure, shown};
 use crate::gather::{Inputs, Item};
 use crate::interrupt;
 use crate::job::Job;
 use crate::looks::Subject;
 use crate::memory;
-use crate::older::Told;
+use crate::older::ToldNames;
 use crate::output;
 use crate::places::Places;
 use crate::report::{Phases, Report};
@@ -25,7 +25,7 @@ use crate::stream;
 use crate::surroundings::{self, Surroundings};
 use crate::tally::Tally;
 use batch::{Batch, progress_bar};
-use load::Loaded;
+use load::LoadedInput;
 use manypass::Settings;
 use manypass_offline::Stream;
 use manypass_offline::still::aov_names;
@@ -40,7 +40,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let inputs = Inputs::gather(&args.inputs, args.recursive)?;
     let mut job = Job::new(args, inputs.count() > 1, &aov_names())?;
     let meets_stages = inputs.items.iter().any(|item| item.input.has_settings());
-    let chosen = Chosen::of_frame(&args.frame)?.meeting_stages(meets_stages);
+    let chosen = SettingsChoice::of_frame(&args.frame)?.meeting_stages(meets_stages);
     let (settings, effect_files) = chosen.settings(Settings::default(), None)?;
     job.check(&settings)?;
     job.read_views(args.cameras.as_deref())?;
@@ -81,7 +81,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         report: open_report()?,
         stream: None,
         bar: progress_bar(count, args.quiet),
-        told: Told::default(),
+        told: ToldNames::default(),
         places,
         start_ms: ms_since(started),
     };
@@ -132,7 +132,7 @@ impl Batch<'_> {
         let input = &item.input;
         let (first, last) = self.job.frames.unwrap_or((0, 0));
         let mut phases = Phases::default();
-        let mut loaded: Option<Loaded> = None;
+        let mut loaded: Option<LoadedInput> = None;
         let mut looks = vec![self.job.look.clone()];
         if self.job.several.has_looks() {
             self.bar.set_message(shown(&input.stem()).into_owned());

@@ -71,7 +71,7 @@ fn check_size(width: u32, height: u32) -> Result<(), String> {
 #[cfg(test)]
 mod tests {
     #![allow(clippy::unwrap_used, reason = "a test may panic")]
-    use super::map::Decoded;
+    use super::map::UncheckedPicture;
     use super::*;
     use exr::prelude::write_rgb_file;
     use glam::Vec3;
@@ -107,7 +107,7 @@ mod tests {
     #[test]
     fn what_is_no_radiance_is_cut_and_noted() {
         let rgb = vec![[f32::NAN, f32::INFINITY, -1.0], [1e9, 0.0, 3.0]];
-        let map = EnvironmentMap::from_decoded("a", &Decoded { width: 2, height: 1, rgb }, 4096);
+        let map = EnvironmentMap::from_decoded("a", &UncheckedPicture { width: 2, height: 1, rgb }, 4096);
         let [first, second] = floats(&map)[..] else { panic!("two texels") };
         assert!(first[0] == 0.0 && first[2] == 0.0 && (first[1] - RADIANCE_MAX).abs() < 32.0, "{first:?}");
         assert!((second[0] - RADIANCE_MAX).abs() < 32.0 && second[1..] == [0.0, 3.0], "{second:?}");
@@ -120,7 +120,7 @@ mod tests {
     #[test]
     fn wide_pictures_are_made_smaller() {
         let rgb = (0..32u8).map(|i| [f32::from(i % 8), 0.0, 0.0]).collect();
-        let map = EnvironmentMap::from_decoded("a", &Decoded { width: 8, height: 4, rgb }, 4);
+        let map = EnvironmentMap::from_decoded("a", &UncheckedPicture { width: 8, height: 4, rgb }, 4);
         assert_eq!((map.width, map.height), (4, 2));
         assert_eq!(floats(&map)[..4].iter().map(|texel| texel[0]).collect::<Vec<_>>(), [0.5, 2.5, 4.5, 6.5]);
         assert!(map.notes[0].contains("8x4 is made smaller, 4x2"), "{:?}", map.notes);
@@ -130,8 +130,11 @@ mod tests {
     fn every_column_and_row_counts_once_where_the_factor_leaves_a_remainder() {
         // Thirds of 10 by 5: 3 by 1. Red is the column, green the row, blue 7 in the last column alone.
         let texel = |i: u8| [f32::from(i % 10), f32::from(i / 10), if i % 10 == 9 { 7.0 } else { 0.0 }];
-        let map =
-            EnvironmentMap::from_decoded("a", &Decoded { width: 10, height: 5, rgb: (0..50).map(texel).collect() }, 4);
+        let map = EnvironmentMap::from_decoded(
+            "a",
+            &UncheckedPicture { width: 10, height: 5, rgb: (0..50).map(texel).collect() },
+            4,
+        );
         assert_eq!((map.width, map.height), (3, 1));
         // A texel covers three columns and a third: (0 + 1 + 2 + 3 / 3) / (10 / 3).
         let expected = [[1.2, 2.0, 0.0], [4.5, 2.0, 0.0], [7.8, 2.0, 2.1]];
@@ -144,7 +147,7 @@ mod tests {
         // A column that lies in two texels is one value.
         let mut rgb = vec![[1.0; 3]; 50];
         rgb[3] = [1.0, f32::NAN, 1.0];
-        let map = EnvironmentMap::from_decoded("a", &Decoded { width: 10, height: 5, rgb }, 4);
+        let map = EnvironmentMap::from_decoded("a", &UncheckedPicture { width: 10, height: 5, rgb }, 4);
         assert!(map.notes[1].contains(": 1 values"), "{:?}", map.notes);
     }
 

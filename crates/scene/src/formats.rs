@@ -14,7 +14,7 @@ mod readers;
 pub use format::Format;
 
 use crate::gltf_file::{
-    self, LoadError, Loaded, MAX_FILE_BYTES, checked_relative_path, read_file, references::meant_paths,
+    self, LoadError, LoadedScene, MAX_FILE_BYTES, checked_relative_path, read_file, references::meant_paths,
 };
 use crate::input_file::{self, InputError};
 use crate::turns::{Turns, at_once};
@@ -75,7 +75,7 @@ pub fn is_model(path: &Path) -> bool {
 ///
 /// # Errors
 /// The file cannot be read, or is wrong; with the place in it.
-pub fn load_path(path: &Path) -> Result<Loaded, LoadError> {
+pub fn load_path(path: &Path) -> Result<LoadedScene, LoadError> {
     let name = path.display().to_string();
     let bytes = read_file(path).map_err(|message| LoadError::Io { file: name.clone(), message })?;
     load_bytes(&bytes, &mut read_beside(path), &name)
@@ -90,7 +90,7 @@ pub fn load_bytes(
     bytes: &[u8],
     resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     name: &str,
-) -> Result<Loaded, LoadError> {
+) -> Result<LoadedScene, LoadError> {
     at_once(load_bytes_in_turns(bytes, resolve, name, &mut || None))
 }
 
@@ -104,7 +104,7 @@ pub async fn load_bytes_in_turns(
     resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     name: &str,
     turns: &mut Turns<'_>,
-) -> Result<Loaded, LoadError> {
+) -> Result<LoadedScene, LoadError> {
     let format = Format::of(bytes, name);
     if format != Format::Gltf && bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(LoadError::malformed("", "it is larger than 1 GiB; split it").in_file(name));

@@ -22,7 +22,7 @@ pub use fit::{Fit, MARGIN};
 pub use interior::Interior;
 pub use look::look_along;
 pub use outliers::Outliers;
-pub use shown::{LEAST_OF_MODEL, LEAST_OF_PICTURE, Shown};
+pub use shown::{LEAST_OF_MODEL, LEAST_OF_PICTURE, PictureCoverage};
 
 use crate::animation::{Animation, Property};
 use crate::capture::{Monitor, MonitorCamera};
@@ -215,7 +215,7 @@ impl Framing {
 
 impl Framing {
     /// What a camera shows of what is framed, in a picture whose width is `aspect` times its height.
-    pub fn shown_by(&self, (world_from_view, projection): (Mat4, Projection), aspect: f32) -> Shown {
+    pub fn shown_by(&self, (world_from_view, projection): (Mat4, Projection), aspect: f32) -> PictureCoverage {
         let view_from_world = world_from_view.inverse();
         let half = projection.half_extent(aspect);
         let is_parallel = matches!(projection, Projection::Orthographic { .. });
@@ -233,7 +233,7 @@ impl Framing {
         }
         let extent = (high.clamp(Vec2::NEG_ONE, Vec2::ONE) - low.clamp(Vec2::NEG_ONE, Vec2::ONE)).max(Vec2::ZERO);
         let of_picture = if low.is_finite() { 0.25 * extent.x * extent.y } else { 0.0 };
-        Shown { of_model: inside as f32 / all.max(1) as f32, of_picture }
+        PictureCoverage { of_model: inside as f32 / all.max(1) as f32, of_picture }
     }
 }
 

@@ -33,7 +33,7 @@ pub use extensions::SUPPORTED_EXTENSIONS;
 pub use files::MAX_FILE_BYTES;
 pub(crate) use files::{checked_relative_path, read_file, texel_budget_bytes};
 pub use references::{mentions, references};
-pub use write::prune::Unreferenced;
+pub use write::prune::UnreferencedObjects;
 pub use write::{Numbers, Parts, put_extra};
 
 use crate::tally::Tally;
@@ -48,7 +48,7 @@ use std::path::Path;
 
 /// A loaded scene, with the warnings about its file.
 #[derive(Clone, Debug)]
-pub struct Loaded {
+pub struct LoadedScene {
     /// The scene, its transforms up to date.
     pub scene: Scene,
     /// One line each.
@@ -56,7 +56,7 @@ pub struct Loaded {
 }
 
 /// Reads the model at `path`, together with the files beside it that it names. Files outside its folder are refused.
-pub fn load_path(path: &Path) -> Result<Loaded, LoadError> {
+pub fn load_path(path: &Path) -> Result<LoadedScene, LoadError> {
     let name = path.display().to_string();
     let bytes = read_file(path).map_err(|message| LoadError::Io { file: name.clone(), message })?;
     let folder = path.parent().unwrap_or(Path::new("")).to_owned();
@@ -69,7 +69,7 @@ pub fn load_bytes(
     bytes: &[u8],
     resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     name: &str,
-) -> Result<Loaded, LoadError> {
+) -> Result<LoadedScene, LoadError> {
     at_once(load_bytes_in_turns(bytes, resolve, name, &mut || None))
 }
 
@@ -79,7 +79,7 @@ pub(crate) async fn load_bytes_in_turns(
     resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     name: &str,
     turns: &mut Turns<'_>,
-) -> Result<Loaded, LoadError> {
+) -> Result<LoadedScene, LoadError> {
     load(bytes, resolve, turns).await.map_err(|error| error.in_file(name))
 }
 
@@ -87,7 +87,7 @@ async fn load(
     bytes: &[u8],
     resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     turns: &mut Turns<'_>,
-) -> Result<Loaded, LoadError> {
+) -> Result<LoadedScene, LoadError> {
     let (json_bytes, binary) = container::split(bytes)?;
     let value: serde_json::Value = serde_json::from_slice(json_bytes)
         .map_err(|error| LoadError::invalid("", format!("not a glTF file: its JSON does not parse: {error}")))?;
@@ -165,7 +165,7 @@ async fn load(
             return Err(LoadError::invalid("/nodes", message));
         }
     }
-    Ok(Loaded { scene, warnings: document.warnings.into_lines() })
+    Ok(LoadedScene { scene, warnings: document.warnings.into_lines() })
 }
 
 /// The names of the file's variants.

@@ -5,7 +5,9 @@ mod layers;
 mod texture;
 
 pub use detail::{DetailMaps, HeightMap, HeightMethod, LightEncoding, LightMap};
-pub use layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LayerMap, Mapped, Sheen, Specular, Volume};
+pub use layers::{
+    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LayerMap, Sheen, Specular, TexturedFactor, Volume,
+};
 pub use texture::{TextureRef, TextureTransform};
 
 use crate::Levels;
@@ -86,7 +88,7 @@ pub struct Material {
     pub iridescence: Option<Iridescence>,
     /// How much of the light that enters a dielectric comes through, 0 to 1; the texture's red
     /// (`KHR_materials_transmission`).
-    pub transmission: Option<Mapped<f32>>,
+    pub transmission: Option<TexturedFactor<f32>>,
     /// Light that comes through and is scattered.
     pub diffuse_transmission: Option<DiffuseTransmission>,
     /// What light goes through below the surface; without it the surface is a thin wall.

@@ -61,14 +61,14 @@ pub struct Node {
     /// [`Scene::update_transforms`]; it may be too large, never too small.
     pub bounds_world: Aabb,
     /// What the last [`Scene::update_transforms`] has seen.
-    pub placed: Placed,
+    pub placed: LastPlace,
 }
 
 /// The state of a node at the last [`Scene::update_transforms`], to find out whether it has moved.
 #[derive(Clone, Debug, Default)]
-pub struct Placed(Option<Place>);
+pub struct LastPlace(Option<Place>);
 
-impl PartialEq for Placed {
+impl PartialEq for LastPlace {
     /// Two nodes are the same, whatever has been seen of them.
     fn eq(&self, _: &Self) -> bool {
         true
@@ -106,7 +106,7 @@ impl Default for Node {
             levels: None,
             world_from_object: Mat4::IDENTITY,
             bounds_world: Aabb::EMPTY,
-            placed: Placed::default(),
+            placed: LastPlace::default(),
         }
     }
 }
@@ -378,7 +378,7 @@ impl Scene {
                 let (bounds_world, place) = (self.posed_bounds_of(node, &mut skins), node.place(mesh));
                 let node = self.node_mut(*id);
                 node.bounds_world = bounds_world;
-                node.placed = Placed(Some(place));
+                node.placed = LastPlace(Some(place));
             }
         }
         has_moved.into_iter().filter(|moved| *moved).count()

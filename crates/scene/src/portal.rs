@@ -18,7 +18,7 @@
 
 mod ends;
 
-pub use ends::{Carried, Portal};
+pub use ends::{Portal, PortalTraveller};
 
 use crate::capture::Panel;
 use crate::framing::look_along;
@@ -74,7 +74,7 @@ impl Scene {
             for end in 0..2 {
                 let image = self.add_node(None, image.clone());
                 self.scenes.iter_mut().for_each(|roots| roots.roots.push(image));
-                portal.carried.push(Carried { node: id, image, end });
+                portal.carried.push(PortalTraveller { node: id, image, end });
             }
         }
         self.portals.push(portal);
@@ -90,7 +90,7 @@ impl Scene {
         let mut changes = Vec::new();
         for portal in &self.portals {
             let panels = portal.nodes.map(|id| self.panel(id).ok());
-            for Carried { node, image, end } in &portal.carried {
+            for PortalTraveller { node, image, end } in &portal.carried {
                 let (Some(from), Some(to)) = (panels[*end], panels[1 - *end]) else { continue };
                 let is_there = visible.contains(node) && self.goes_into(*node, &from);
                 let matrix = through(&from, &to) * self.node(*node).world_from_object;

@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// What is written in one module.
 #[derive(Debug, Default)]
-pub struct Parsed {
+pub struct ModuleContent {
     /// `mod name;` without, `mod name { … }` with what it holds.
-    pub children: Vec<(String, Option<Parsed>)>,
+    pub children: Vec<(String, Option<ModuleContent>)>,
     /// `mod name;` under `cfg(test)`.
     pub test_children: Vec<String>,
     /// Names of what is defined in it.
@@ -31,9 +31,9 @@ const BEFORE_ITEMS: [&str; 7] = ["mod", "use", "pub", "impl", "unsafe", "async",
 ///
 /// # Errors
 /// The text is no Rust.
-pub fn parse(text: &str) -> Result<Parsed, String> {
+pub fn parse(text: &str) -> Result<ModuleContent, String> {
     let tokens: TokenStream = text.parse().map_err(|error| format!("{error}"))?;
-    let mut parsed = Parsed::default();
+    let mut parsed = ModuleContent::default();
     parsed.scan(&collected(tokens), true);
     Ok(parsed)
 }
@@ -82,7 +82,7 @@ fn is_for_stand_in(attribute: &[TokenTree]) -> bool {
     is_path
 }
 
-impl Parsed {
+impl ModuleContent {
     /// Reads tokens of the module; `is_outermost` where its items are, not within them.
     fn scan(&mut self, tokens: &[TokenTree], is_outermost: bool) {
         let mut at = 0;

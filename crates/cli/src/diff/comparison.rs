@@ -21,12 +21,12 @@ pub(super) struct Comparison {
     /// Of radiance alone.
     pub(super) linear: Option<Linear>,
     /// Of models alone.
-    pub(super) models: Option<Compared>,
+    pub(super) models: Option<ModelComparison>,
 }
 
 /// How two models differ.
 #[derive(Debug)]
-pub(super) struct Compared {
+pub(super) struct ModelComparison {
     pub(super) layers: [Vec<AovLayer>; 2],
     pub(super) camera: CameraData,
     pub(super) placement: Placement,
@@ -68,6 +68,6 @@ pub(super) fn pictures(a: Source, b: Source, pixels_per_degree: f32) -> Result<C
 pub(super) fn drawn(models: Models, pixels_per_degree: f32) -> Result<Comparison, Failure> {
     let variables = variables::compare(&models);
     let Models { a, b, layers, camera, placement, .. } = models;
-    let compared = Compared { layers, camera, placement, variables };
+    let compared = ModelComparison { layers, camera, placement, variables };
     Ok(Comparison { models: Some(compared), ..pictures(a, b, pixels_per_degree)? })
 }

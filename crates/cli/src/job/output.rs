@@ -3,7 +3,7 @@
 use super::stream::StreamPlace;
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::looks::Several;
+use crate::looks::PictureAxes;
 use crate::pattern::{Pattern, default_name, has_placeholders, is_stdout, refuse_input_ending};
 use manypass_offline::{Container, Format, atomic};
 use std::path::Path;
@@ -68,7 +68,7 @@ const SEVERAL_HINT: &str =
 ///
 /// # Errors
 /// Wrong usage.
-pub fn of_args(args: &RenderArgs, are_several: bool, several: Several) -> Result<(Format, Output), Failure> {
+pub fn of_args(args: &RenderArgs, are_several: bool, several: PictureAxes) -> Result<(Format, Output), Failure> {
     if let Some(report) = args.report.as_deref().filter(|path| has_placeholders(path)) {
         let message = format!("--report {} has a placeholder, but is one file for the whole call", report.display());
         return Err(Failure::usage(message, "name one file, for example report.jsonl; every picture is a line of it"));
@@ -139,7 +139,7 @@ mod tests {
         let output = |words: &[&str]| {
             let words = [&["manypass", "render", "a.glb"], words].concat();
             let Command::Render(args) = Cli::try_parse_from(words).expect("arguments").command else { panic!() };
-            of_args(&args, false, Several::default())
+            of_args(&args, false, PictureAxes::default())
         };
         for format in ["png", "jpg", "webp", "exr"] {
             let (found, place) = output(&["-o", "x.foo", "--format", format]).expect(format);

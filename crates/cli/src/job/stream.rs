@@ -2,7 +2,7 @@
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
-use crate::looks::{Several, Subject};
+use crate::looks::{PictureAxes, Subject};
 use crate::pattern::{self, Pattern};
 use manypass_offline::{Container, Format, atomic};
 use std::ffi::OsStr;
@@ -29,7 +29,7 @@ impl StreamPlace {
     ///
     /// # Errors
     /// Wrong usage.
-    pub fn asked(args: &RenderArgs, several: Several) -> Result<Option<Self>, Failure> {
+    pub fn asked(args: &RenderArgs, several: PictureAxes) -> Result<Option<Self>, Failure> {
         let Some(out) = args.output.as_deref() else { return without_place(args) };
         let path = Path::new(out);
         let (is_stdout, is_in_place) = (pattern::is_stdout(path), atomic::is_in_place(path));

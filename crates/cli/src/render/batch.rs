@@ -2,10 +2,10 @@
 
 use crate::ahead::ReadAhead;
 use crate::args::RenderArgs;
-use crate::chosen::Chosen;
+use crate::chosen::SettingsChoice;
 use crate::failure::{Failure, Kind, say};
 use crate::job::Job;
-use crate::older::Told;
+use crate::older::ToldNames;
 use crate::places::Places;
 use crate::report::Report;
 use crate::session::still_failure;
@@ -21,7 +21,7 @@ use std::sync::Arc;
 pub(super) struct Batch<'a> {
     pub(super) args: &'a RenderArgs,
     pub(super) job: &'a Job,
-    pub(super) chosen: &'a Chosen<'a>,
+    pub(super) chosen: &'a SettingsChoice<'a>,
     /// Of inputs that bring none.
     pub(super) plain_settings: &'a Settings,
     /// Of the input that was read last.
@@ -42,7 +42,7 @@ pub(super) struct Batch<'a> {
     pub(super) stream: Option<Stream>,
     pub(super) bar: ProgressBar,
     /// The older names that were told of.
-    pub(super) told: Told,
+    pub(super) told: ToldNames,
     /// What is read and written.
     pub(super) places: Places,
     /// Milliseconds from the start of the process to the renderer; the first picture's report takes them.

@@ -124,7 +124,7 @@ impl Lens {
 
 /// A view as a file lists it, in the axes of glTF.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Listed {
+pub(super) struct ListedView {
     /// The name of its image, without folders and ending; empty if it has none.
     pub(super) name: String,
     /// To the world from a camera that looks along −Z with +Y up.
@@ -135,7 +135,7 @@ pub(super) struct Listed {
     pub(super) lens: Lens,
 }
 
-impl Listed {
+impl ListedView {
     /// The view of the image at `image`, a path. `world_from_view` may be scaled; it is not by then.
     ///
     /// # Errors

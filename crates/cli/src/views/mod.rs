@@ -8,7 +8,7 @@ use crate::camera::{CameraSpec, Place};
 use crate::failure::{Failure, Kind};
 use crate::looks::distinct;
 use crate::size::LARGEST_SIDE_PX;
-use listed::{EQUAL_FOCAL, HINT, Lens, Listed, MIDDLE_PX};
+use listed::{EQUAL_FOCAL, HINT, Lens, ListedView, MIDDLE_PX};
 use std::path::{Path, PathBuf};
 
 /// A picture's shape that differs by less is that of the images.
@@ -41,7 +41,7 @@ pub fn read(path: &Path, size_px: (u32, u32), typed: &CameraSpec) -> Result<View
         view.name = name;
     }
     let warnings = warnings(&listed, size_px);
-    let camera = |view: Listed| {
+    let camera = |view: ListedView| {
         let place = Place::Posed { rotation: view.rotation, eye: view.eye_world };
         (CameraSpec { place, fov_y_rad: Some(view.fov_y_rad), ..typed.clone() }, view.name)
     };
@@ -49,7 +49,7 @@ pub fn read(path: &Path, size_px: (u32, u32), typed: &CameraSpec) -> Result<View
 }
 
 /// What pictures of `size_px` show otherwise than the file says, each kind once.
-fn warnings(views: &[Listed], size_px: (u32, u32)) -> Vec<String> {
+fn warnings(views: &[ListedView], size_px: (u32, u32)) -> Vec<String> {
     let which = |is_such: &dyn Fn(&Lens) -> bool| {
         let mut found = views.iter().filter(|view| is_such(&view.lens));
         let first = found.next()?;

@@ -75,7 +75,7 @@ pub struct EnvironmentError {
 }
 
 /// A picture before it is checked.
-pub(crate) struct Decoded {
+pub(crate) struct UncheckedPicture {
     pub(crate) width: u32,
     pub(crate) height: u32,
     pub(crate) rgb: Vec<[f32; 3]>,
@@ -96,7 +96,7 @@ pub struct LightPicture {
 
 /// A face: its texels with a border of those around it.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) struct Padded {
+pub(super) struct PaddedFace {
     pub(super) texels: Vec<Vec3>,
 }
 
@@ -104,7 +104,7 @@ pub(super) struct Padded {
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Cube {
     pub(super) side: usize,
-    pub(super) faces: Vec<Padded>,
+    pub(super) faces: Vec<PaddedFace>,
 }
 
 /// What a surface of a roughness reflects.
@@ -148,12 +148,12 @@ impl EnvironmentMap {
     }
 
     /// Made smaller if it is wider than `kept_width`, without what is no radiance.
-    pub(super) fn from_decoded(name: &str, decoded: &Decoded, kept_width: u32) -> Self {
+    pub(super) fn from_decoded(name: &str, decoded: &UncheckedPicture, kept_width: u32) -> Self {
         let factor = decoded.width.div_ceil(kept_width).max(1);
         let (width, height) = ((decoded.width / factor).max(1), (decoded.height / factor).max(1));
         let mut notes = Vec::new();
         if factor > 1 {
-            let Decoded { width: from_width, height: from_height, .. } = decoded;
+            let UncheckedPicture { width: from_width, height: from_height, .. } = decoded;
             notes.push(format!("environment \"{name}\": {from_width}x{from_height} is made smaller, {width}x{height}"));
         }
         let mut cut_count = decoded.rgb.iter().flatten().filter(|value| cut(**value).1).count();

@@ -1,7 +1,7 @@
 //! Pictures of light in files, Radiance or OpenEXR.
 
 use super::exr_file::{self, decode_exr};
-use super::map::{CheckSize, Decoded};
+use super::map::{CheckSize, UncheckedPicture};
 use super::radiance::{self, decode_radiance, is_radiance};
 
 /// How OpenEXR files begin.
@@ -17,7 +17,7 @@ pub(crate) fn holds_light(bytes: &[u8]) -> bool {
 }
 
 /// A Radiance or an OpenEXR file of a size that `check_size` allows.
-pub(crate) fn decode_light(bytes: &[u8], check_size: CheckSize) -> Result<Decoded, String> {
+pub(crate) fn decode_light(bytes: &[u8], check_size: CheckSize) -> Result<UncheckedPicture, String> {
     if is_exr(bytes) { decode_exr(bytes, check_size) } else { decode_radiance(bytes, check_size) }
 }
 

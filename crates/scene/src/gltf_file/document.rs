@@ -17,7 +17,7 @@ pub(super) struct View {
 }
 
 /// The elements of an accessor, tightly packed.
-pub(super) struct Unpacked {
+pub(super) struct DecodedAccessor {
     pub(super) component: Component,
     pub(super) count: usize,
     pub(super) bytes: Vec<u8>,
@@ -33,7 +33,7 @@ pub(super) struct Document<'a> {
     /// What is broken and may not be needed.
     pub(super) faults: Faults,
     /// Accessors of the primitive that is read, if it is packed.
-    pub(super) unpacked: BTreeMap<usize, Unpacked>,
+    pub(super) unpacked: BTreeMap<usize, DecodedAccessor>,
     /// The UV sets of the file that vertices have for each material.
     pub(super) uv_sets: Vec<[u32; 2]>,
     /// The names of the file's variants.

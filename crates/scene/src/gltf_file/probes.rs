@@ -174,7 +174,7 @@ mod tests {
         grid
     }
 
-    fn loaded(parts: &Parts) -> Result<crate::Loaded, LoadError> {
+    fn loaded(parts: &Parts) -> Result<crate::LoadedScene, LoadError> {
         load_bytes(&parts.clone().to_glb().unwrap(), &mut |_| Err("none".into()), "a.glb")
     }
 

@@ -20,12 +20,12 @@ pub struct Portal {
     /// The tier of quality whose passes draw what is seen through it; none for that of the picture that shows it.
     pub quality: Option<String>,
     /// What goes through it, and what stands for that at the other end.
-    pub carried: Vec<Carried>,
+    pub carried: Vec<PortalTraveller>,
 }
 
 /// A node that goes through a portal, and what stands for it where it comes out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Carried {
+pub struct PortalTraveller {
     /// The node.
     pub node: NodeId,
     /// A node that has the same mesh and light. It is visible while the first one is half through, or shines in.

@@ -1,10 +1,14 @@
 //! Cameras that a stage names.
 
-use super::table::{Placed, Source};
+use super::table::{Source, SpannedValue};
 use crate::{Diagnostic, NodeId, Scene};
 
 /// The node that holds a camera of a name, its own or the camera's.
-pub(super) fn camera_called(source: &Source, scene: &Scene, named: &Placed<String>) -> Result<NodeId, Box<Diagnostic>> {
+pub(super) fn camera_called(
+    source: &Source,
+    scene: &Scene,
+    named: &SpannedValue<String>,
+) -> Result<NodeId, Box<Diagnostic>> {
     let name_of = |camera: usize| scene.cameras.get(camera).map_or("", |camera| camera.name.as_str());
     let holders = || (0..).zip(&scene.nodes).filter_map(|(id, node)| Some((NodeId(id), node, node.camera?)));
     let of_node = holders().find(|(_, node, _)| node.name == named.value);

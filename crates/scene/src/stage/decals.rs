@@ -3,7 +3,7 @@
 use super::materials::StageImages;
 use super::names::Pattern;
 use super::surfaces::nodes_called;
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table};
 use crate::chance::unit;
 use crate::decal::{DECALS_MAX, Decal, DecalLook, DecalOpacity};
 use crate::{Diagnostic, NodeId, Scene};
@@ -29,9 +29,9 @@ pub(super) struct DecalEntry {
     /// Without a node, without images, and with its box around the origin.
     decal: Decal,
     look: DecalLook,
-    nodes: Option<Placed<Pattern>>,
+    nodes: Option<SpannedValue<Pattern>>,
     /// By [`IMAGES`].
-    images: [Option<Placed<String>>; 4],
+    images: [Option<SpannedValue<String>>; 4],
     direction: Vec3,
     up: Option<Vec3>,
     turn_rad: f32,
@@ -114,7 +114,7 @@ impl DecalEntry {
         Ok(Self {
             decal,
             look,
-            nodes: table.text("node").map(|name| Placed { value: Pattern::new(&name.value), range: name.range }),
+            nodes: table.text("node").map(|name| SpannedValue { value: Pattern::new(&name.value), range: name.range }),
             images,
             direction,
             up: table.vector("up"),
@@ -127,7 +127,7 @@ impl DecalEntry {
     }
 
     /// The images that it names which are files.
-    pub(super) fn images(&self) -> impl Iterator<Item = &Placed<String>> {
+    pub(super) fn images(&self) -> impl Iterator<Item = &SpannedValue<String>> {
         self.images.iter().flatten().filter(|image| is_file(&image.value))
     }
 
@@ -141,7 +141,7 @@ impl DecalEntry {
         scene: &mut Scene,
         images: &StageImages,
     ) -> Result<(), Box<Diagnostic>> {
-        let of_name = |image: &Option<Placed<String>>| {
+        let of_name = |image: &Option<SpannedValue<String>>| {
             let Some(image) = image else { return Ok(None) };
             let (true, name) = name_of(&image.value) else { return Ok(Some(images.index(image))) };
             let called = scene.images.iter().position(|known| known.name == name);

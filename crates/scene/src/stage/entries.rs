@@ -19,12 +19,12 @@ use super::portals::PortalEntry;
 use super::probes::ProbesEntry;
 use super::simulations::SimulationEntry;
 use super::surroundings::SurroundingsEntry;
-use super::table::{Placed, Source, Table, document, tables};
+use super::table::{Source, SpannedValue, Table, document, tables};
 use super::water::WaterEntry;
 use super::{lights, monitors, overlay};
 use crate::light::LIGHTS_MAX;
 use crate::overlay::Overlay;
-use crate::renamed::Renamed;
+use crate::renamed::NameChange;
 use crate::{Diagnostic, Scene};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -34,7 +34,7 @@ use toml::de::{DeTable, DeValue};
 #[derive(Clone, Debug)]
 pub struct Stage {
     pub(super) source: Source,
-    model: Placed<String>,
+    model: SpannedValue<String>,
     pub(super) light_files: LightFiles,
     lights: Vec<LightEntry>,
     nodes: Vec<NodeChange>,
@@ -49,13 +49,13 @@ pub struct Stage {
     surroundings: Vec<SurroundingsEntry>,
     probes: Vec<ProbesEntry>,
     overlay: Vec<OverlayEntry>,
-    older_names: Vec<&'static Renamed>,
+    older_names: Vec<&'static NameChange>,
 }
 
 /// What is changed of nodes that have a name.
 #[derive(Clone, Debug)]
 struct NodeChange {
-    names: Placed<Pattern>,
+    names: SpannedValue<Pattern>,
     casts_shadow: Option<bool>,
     layers: Option<u32>,
 }
@@ -152,7 +152,7 @@ impl Stage {
     }
 
     /// The older names that it uses of tables, of their keys and of a built-in scene: each once.
-    pub fn older_names(&self) -> &[&'static Renamed] {
+    pub fn older_names(&self) -> &[&'static NameChange] {
         &self.older_names
     }
 
@@ -324,7 +324,10 @@ pub fn read_overlay(
 }
 
 /// The name of the model; a stage is none.
-fn checked_model(source: &Source, model: Option<Placed<String>>) -> Result<Placed<String>, Box<Diagnostic>> {
+fn checked_model(
+    source: &Source,
+    model: Option<SpannedValue<String>>,
+) -> Result<SpannedValue<String>, Box<Diagnostic>> {
     let model = model.ok_or_else(|| source.fault(0..0, "`model` is missing"))?;
     let name = &model.value;
     if name.trim().is_empty() {
@@ -340,7 +343,7 @@ fn checked_model(source: &Source, model: Option<Placed<String>>) -> Result<Place
 impl NodeChange {
     fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
         let name = table.text("name").ok_or_else(|| table.fault("name", "`name` is missing"))?;
-        let names = Placed { value: Pattern::new(&name.value), range: name.range };
+        let names = SpannedValue { value: Pattern::new(&name.value), range: name.range };
         Ok(Self { names, casts_shadow: table.boolean("cast_shadow"), layers: table.layers("layers") })
     }
 

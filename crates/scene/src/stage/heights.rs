@@ -1,7 +1,7 @@
 //! Height maps that a stage gives to materials, and what it changes of those that a model brings itself.
 
 use super::names::Pattern;
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table};
 use crate::material::{HeightMap, HeightMethod};
 use crate::{Diagnostic, Material, TextureRef};
 use std::ops::Range;
@@ -13,7 +13,7 @@ const KEYS: [&str; 3] = ["height_depth_m", "height_method", "self_shadow"];
 #[derive(Clone, Debug)]
 pub(super) struct HeightChange {
     /// The image; without one the model's own heights are changed.
-    pub image: Option<Placed<String>>,
+    pub image: Option<SpannedValue<String>>,
     depth_m: Option<f32>,
     method: Option<HeightMethod>,
     self_shadow: Option<bool>,

@@ -7,7 +7,7 @@ use super::older::{list_of, value};
 use super::table::{Source, document};
 use super::{decals, materials::MAPS, overlay::FILES, simulations, water};
 use crate::formats;
-use crate::gltf_file::{LoadError, Loaded, read_file};
+use crate::gltf_file::{LoadError, LoadedScene, read_file};
 use crate::{Diagnostic, Scene, demo, input_file};
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
@@ -180,7 +180,7 @@ type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
 fn with_model(
     stage: Stage,
     light: Light,
-    load: impl FnOnce(&Stage, &mut Resolve<'_>) -> Option<Result<Loaded, LoadError>>,
+    load: impl FnOnce(&Stage, &mut Resolve<'_>) -> Option<Result<LoadedScene, LoadError>>,
     resolve: &mut Resolve<'_>,
 ) -> Result<LoadedStage, StageError> {
     let (mut scene, mut warnings) = match load(&stage, resolve) {

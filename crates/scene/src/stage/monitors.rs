@@ -2,7 +2,7 @@
 
 use super::cameras::camera_called;
 use super::screens::Screen;
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table};
 use super::updates::update_of;
 use crate::capture::{CaptureOptions, LAYERS_ALL, MONITOR_SIDE_MAX, MONITORS_MAX, Monitor, MonitorCamera};
 use crate::framing::{DEFAULT_FOV_Y_RAD, look_along};
@@ -17,8 +17,8 @@ const NEAR_M: f32 = 0.01;
 /// An entry of `[[monitors]]`.
 #[derive(Clone, Debug)]
 pub(super) struct MonitorEntry {
-    name: Placed<String>,
-    camera: Seen,
+    name: SpannedValue<String>,
+    camera: CameraSource,
     screen: Screen,
     size_px: (u32, u32),
     exposure_stops: f32,
@@ -27,9 +27,9 @@ pub(super) struct MonitorEntry {
 
 /// From where it is seen.
 #[derive(Clone, Debug)]
-enum Seen {
+enum CameraSource {
     /// The name of a camera, or of a node.
-    Named(Placed<String>),
+    Named(SpannedValue<String>),
     At(MonitorCamera),
 }
 
@@ -81,8 +81,8 @@ impl MonitorEntry {
 
     fn camera_in(&self, source: &Source, scene: &Scene) -> Result<MonitorCamera, Box<Diagnostic>> {
         match &self.camera {
-            Seen::At(camera) => Ok(*camera),
-            Seen::Named(name) => Ok(MonitorCamera::Node(camera_called(source, scene, name)?)),
+            CameraSource::At(camera) => Ok(*camera),
+            CameraSource::Named(name) => Ok(MonitorCamera::Node(camera_called(source, scene, name)?)),
         }
     }
 }
@@ -98,12 +98,12 @@ fn size_px(table: &Table<'_>) -> Result<(u32, u32), Box<Diagnostic>> {
 }
 
 /// From where a monitor is seen.
-fn seen(table: &Table<'_>) -> Result<Seen, Box<Diagnostic>> {
+fn seen(table: &Table<'_>) -> Result<CameraSource, Box<Diagnostic>> {
     let place = |key: &str| table.vector(key);
     let of_place = ["position", "target", "fov_deg"].into_iter().find(|key| table.place(key).is_some());
     match (table.text("camera"), of_place) {
         (Some(_), Some(key)) => Err(table.fault(key, format!("`camera` says from where already; leave out `{key}`"))),
-        (Some(name), None) => Ok(Seen::Named(name)),
+        (Some(name), None) => Ok(CameraSource::Named(name)),
         (None, _) => {
             let (Some(position), Some(target)) = (place("position"), place("target")) else {
                 let message = "a monitor needs `camera`, a camera of the model, or `position` and `target`";
@@ -114,7 +114,7 @@ fn seen(table: &Table<'_>) -> Result<Seen, Box<Diagnostic>> {
                 || table.fault("target", "`position` and `target` are the same point, which gives no direction");
             let rotation = rotation.ok_or_else(fault)?;
             let fov_y_rad = table.number("fov_deg").map_or(DEFAULT_FOV_Y_RAD, f32::to_radians);
-            Ok(Seen::At(MonitorCamera::Fixed {
+            Ok(CameraSource::At(MonitorCamera::Fixed {
                 world_from_view: Mat4::from_rotation_translation(rotation, position),
                 projection: Projection::Perspective { fov_y_rad, near_m: NEAR_M, far_m: None },
             }))

@@ -2,7 +2,7 @@
 
 use super::cameras::camera_called;
 use super::simulations::{is_file, program_of};
-use super::table::{Placed, Source, Table, whole};
+use super::table::{Source, SpannedValue, Table, whole};
 use crate::particles::{Particles, Preset, SYSTEMS_MAX};
 use crate::simulation::Simulation;
 use crate::{Diagnostic, Scene};
@@ -15,8 +15,8 @@ const COUNT: u32 = 10_000;
 #[derive(Clone, Debug)]
 pub(super) struct ParticlesEntry {
     particles: Particles,
-    program: Option<Placed<String>>,
-    meets: Option<Placed<String>>,
+    program: Option<SpannedValue<String>>,
+    meets: Option<SpannedValue<String>>,
     range: Range<usize>,
 }
 

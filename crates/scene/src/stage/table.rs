@@ -65,7 +65,7 @@ const SETTINGS_NOTE: &str =
 
 /// A value, and where it stands.
 #[derive(Clone, Debug)]
-pub(super) struct Placed<T> {
+pub(super) struct SpannedValue<T> {
     pub(super) value: T,
     pub(super) range: Range<usize>,
 }
@@ -81,7 +81,7 @@ enum Value {
     Layers(u32),
     Pairs(Vec<Vec2>),
     Vectors(Vec<Vec3>),
-    Texts(Vec<Placed<String>>),
+    Texts(Vec<SpannedValue<String>>),
     Values(Vec<(String, String)>),
 }
 
@@ -90,7 +90,7 @@ pub(super) struct Table<'s> {
     pub(super) source: &'s Source,
     /// Where it begins.
     pub(super) range: Range<usize>,
-    values: Vec<(&'static str, Placed<Value>)>,
+    values: Vec<(&'static str, SpannedValue<Value>)>,
 }
 
 impl<'s> Table<'s> {
@@ -119,7 +119,7 @@ impl<'s> Table<'s> {
             }
             if let Some(known) = declared.keys.iter().find(|known| known.name == name) {
                 let read = read(known, value.get_ref()).ok_or_else(|| refused(source, known, value))?;
-                values.push((known.name, Placed { value: read, range: value.span() }));
+                values.push((known.name, SpannedValue { value: read, range: value.span() }));
             } else if !beside.contains(&name) {
                 let place = if is_of_stage { "a stage" } else { declared.name };
                 let known = declared.keys.iter().map(|known| known.name).chain(beside.iter().copied());
@@ -135,7 +135,7 @@ impl<'s> Table<'s> {
         Ok(Self { source, range, values })
     }
 
-    fn value(&self, key: &str) -> Option<&Placed<Value>> {
+    fn value(&self, key: &str) -> Option<&SpannedValue<Value>> {
         self.values.iter().find(|(name, _)| *name == key).map(|(_, value)| value)
     }
 
@@ -144,9 +144,9 @@ impl<'s> Table<'s> {
         self.value(key).map(|placed| placed.range.clone())
     }
 
-    pub(super) fn text(&self, key: &str) -> Option<Placed<String>> {
-        let Placed { value: Value::Text(text), range } = self.value(key)? else { return None };
-        Some(Placed { value: text.clone(), range: range.clone() })
+    pub(super) fn text(&self, key: &str) -> Option<SpannedValue<String>> {
+        let SpannedValue { value: Value::Text(text), range } = self.value(key)? else { return None };
+        Some(SpannedValue { value: text.clone(), range: range.clone() })
     }
 
     pub(super) fn boolean(&self, key: &str) -> Option<bool> {
@@ -178,7 +178,7 @@ impl<'s> Table<'s> {
         if let Value::Vectors(vectors) = &self.value(key)?.value { Some(vectors) } else { None }
     }
 
-    pub(super) fn texts(&self, key: &str) -> Option<&[Placed<String>]> {
+    pub(super) fn texts(&self, key: &str) -> Option<&[SpannedValue<String>]> {
         if let Value::Texts(texts) = &self.value(key)?.value { Some(texts) } else { None }
     }
 
@@ -284,10 +284,12 @@ fn points<T>(value: &DeValue<'_>, read: impl Fn(&DeValue<'_>) -> Option<T>) -> O
     (points.len() >= 2).then_some(points)
 }
 
-fn texts(value: &DeValue<'_>) -> Option<Vec<Placed<String>>> {
+fn texts(value: &DeValue<'_>) -> Option<Vec<SpannedValue<String>>> {
     let DeValue::Array(entries) = value else { return None };
     let text = |entry: &Spanned<DeValue<'_>>| match entry.get_ref() {
-        DeValue::String(text) if !text.is_empty() => Some(Placed { value: text.to_string(), range: entry.span() }),
+        DeValue::String(text) if !text.is_empty() => {
+            Some(SpannedValue { value: text.to_string(), range: entry.span() })
+        }
         _ => None,
     };
     entries.iter().map(text).collect()

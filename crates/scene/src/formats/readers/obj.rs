@@ -11,10 +11,10 @@ use super::mtl;
 use super::parts::{Parts, from_middle, linear, plain_material};
 use super::smooth::Smoothing;
 use super::text::{self, Line, at_line};
-use crate::gltf_file::{LoadError, Loaded};
+use crate::gltf_file::{LoadError, LoadedScene};
 use crate::tally::Tally;
 use crate::{Aabb, Primitive, Topology};
-use file::{Corner, Element, File, NONE, Part, check, elements, push_vertex};
+use file::{Corner, Element, File, NONE, SurfacePart, check, elements, push_vertex};
 use glam::Vec3;
 use std::collections::{BTreeSet, HashMap};
 
@@ -70,19 +70,19 @@ pub(super) fn names(bytes: &[u8], resolve: &mut Resolve) -> Vec<String> {
     let definitions = read_libraries(&libraries, resolve, &mut Tally::default());
     let textures: BTreeSet<&str> =
         definitions.iter().flat_map(mtl::Definition::maps).flat_map(|map| map.name.all()).collect();
-    libraries.iter().flat_map(mtl::Named::all).chain(textures).map(str::to_owned).collect()
+    libraries.iter().flat_map(mtl::NamedFile::all).chain(textures).map(str::to_owned).collect()
 }
 
 /// Adds a library that is not known yet.
-fn add_library(libraries: &mut Vec<mtl::Named>, rest: &[u8]) {
-    let library = mtl::Named::new("", &text::name(rest));
+fn add_library(libraries: &mut Vec<mtl::NamedFile>, rest: &[u8]) {
+    let library = mtl::NamedFile::new("", &text::name(rest));
     if !library.path.is_empty() && libraries.len() < MOST_LIBRARIES && !libraries.contains(&library) {
         libraries.push(library);
     }
 }
 
 /// The materials of all libraries.
-fn read_libraries(libraries: &[mtl::Named], resolve: &mut Resolve, warnings: &mut Tally) -> Vec<mtl::Definition> {
+fn read_libraries(libraries: &[mtl::NamedFile], resolve: &mut Resolve, warnings: &mut Tally) -> Vec<mtl::Definition> {
     let (mut definitions, mut left_bytes) = (Vec::new(), MOST_LIBRARY_BYTES);
     for library in libraries {
         library.warn("", warnings);
@@ -99,7 +99,7 @@ fn read_libraries(libraries: &[mtl::Named], resolve: &mut Resolve, warnings: &mu
     definitions
 }
 
-pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadError> {
+pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<LoadedScene, LoadError> {
     let mut file = read(bytes)?;
     if file.positions.is_empty() {
         return Err(LoadError::malformed("", "not an OBJ file: it has no vertices"));
@@ -195,7 +195,7 @@ impl File {
         if let Some(&part) = self.part_of.get(name) {
             return part;
         }
-        self.parts.push(Part { name: name.to_owned(), ..Part::default() });
+        self.parts.push(SurfacePart { name: name.to_owned(), ..SurfacePart::default() });
         self.part_of.insert(name.to_owned(), self.parts.len() - 1);
         self.parts.len() - 1
     }
@@ -301,7 +301,7 @@ fn corner(word: &[u8], counts: [usize; 3], line: u32) -> Result<Corner, LoadErro
 }
 
 /// The primitives of a part's lines and points.
-fn others(file: &File, part: &Part, materials: &[usize]) -> Result<Vec<Primitive>, LoadError> {
+fn others(file: &File, part: &SurfacePart, materials: &[usize]) -> Result<Vec<Primitive>, LoadError> {
     let mut primitives: Vec<Primitive> = Vec::new();
     let mut places: HashMap<(Topology, usize), usize> = HashMap::new();
     for (element, corners) in elements(part).filter(|(element, _)| element.topology != Topology::Triangles) {

@@ -8,14 +8,14 @@ mod number;
 mod surface;
 mod text;
 
-use super::mtl::Named;
+use super::mtl::NamedFile;
 use super::parts::{Parts, plain_material};
 use super::polygon;
 use super::smooth::{Smoothing, smooth, weld};
-use crate::gltf_file::{LoadError, Loaded};
+use crate::gltf_file::{LoadError, LoadedScene};
 use crate::tally::Tally;
 use crate::{Primitive, Topology};
-use contents::{Contents, Has, Resolve, Triangles, WithNormals, is_placed};
+use contents::{Contents, Resolve, Triangles, VertexAttributes, WithNormals, is_placed};
 use elements::Nothing;
 use glam::Vec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
@@ -24,10 +24,10 @@ use std::collections::HashMap;
 use surface::{Surfaces, set_attributes};
 
 /// The textures that a file names in the comments of its header, as MeshLab writes them.
-fn textures(header: &Header) -> Vec<Named> {
+fn textures(header: &Header) -> Vec<NamedFile> {
     let named = header.comments.iter().filter_map(|comment| {
         let (word, name) = comment.trim().split_once(char::is_whitespace)?;
-        word.eq_ignore_ascii_case("TextureFile").then(|| Named::new("", name))
+        word.eq_ignore_ascii_case("TextureFile").then(|| NamedFile::new("", name))
     });
     named.filter(|named| !named.path.is_empty()).collect()
 }
@@ -38,7 +38,7 @@ pub(super) fn names(start: &[u8]) -> Vec<String> {
     header.iter().flat_map(textures).flat_map(|named| named.all().map(str::to_owned).collect::<Vec<_>>()).collect()
 }
 
-pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadError> {
+pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<LoadedScene, LoadError> {
     let mut reader = Reader::new(bytes);
     let parser = Parser::<Nothing>::new();
     let header = parser.read_header(&mut reader).map_err(|error| faults::of_header(&error, bytes))?;
@@ -50,8 +50,11 @@ pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadEr
         }
     }
     let has = |names: &[&str]| names.iter().any(|name| vertex.properties.contains_key(*name));
-    let has =
-        Has { normals: has(&["nx"]), colors: has(&["red", "r", "diffuse_red"]), uvs: has(&["s", "u", "texture_u"]) };
+    let has = VertexAttributes {
+        normals: has(&["nx"]),
+        colors: has(&["red", "r", "diffuse_red"]),
+        uvs: has(&["s", "u", "texture_u"]),
+    };
     let mut contents = read(&mut reader, &header, bytes)?;
     let origin = contents.bring_near();
     let mut parts = Parts::default();
@@ -93,7 +96,7 @@ fn unit(normal: [f32; 3]) -> [f32; 3] {
 }
 
 /// The normals of the file, or those that are made.
-fn normals(contents: &Contents, triangles: &Triangles, has: Has) -> WithNormals {
+fn normals(contents: &Contents, triangles: &Triangles, has: VertexAttributes) -> WithNormals {
     let vertices = &contents.vertices;
     if has.normals {
         let normals = vertices.iter().map(|vertex| unit(vertex.normal)).collect();

@@ -8,7 +8,7 @@ use super::smooth::{Smoothing, smooth};
 use super::text::{self, Line, at_line};
 use crate::Primitive;
 use crate::formats::detect::{START_BYTES, STL_HEADER_BYTES, STL_TRIANGLE_BYTES, is_stl_text, stl_bytes};
-use crate::gltf_file::{LoadError, Loaded};
+use crate::gltf_file::{LoadError, LoadedScene};
 use crate::tally::Tally;
 use glam::Vec3;
 use std::collections::HashMap;
@@ -70,7 +70,7 @@ impl Solid {
     }
 }
 
-pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
+pub(super) fn load(bytes: &[u8]) -> Result<LoadedScene, LoadError> {
     let start = bytes.get(..START_BYTES).unwrap_or(bytes);
     let mut parts = Parts::default();
     let is_binary = stl_bytes(start) == Some(bytes.len() as u64) || !is_stl_text(text::without_mark(start));

@@ -25,7 +25,7 @@ pub(super) struct Element {
 }
 
 #[derive(Default)]
-pub(super) struct Part {
+pub(super) struct SurfacePart {
     pub(super) name: String,
     pub(super) corners: Vec<Corner>,
     pub(super) elements: Vec<Element>,
@@ -43,17 +43,17 @@ pub(super) struct File {
     pub(super) colors: Vec<[f32; 4]>,
     pub(super) uvs: Vec<[f32; 2]>,
     pub(super) normals: Vec<[f32; 3]>,
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<SurfacePart>,
     pub(super) part_of: HashMap<String, usize>,
     /// Names of materials, and their indices here; the first is that of what has none.
     pub(super) materials: Vec<String>,
     pub(super) material_of: HashMap<String, usize>,
-    pub(super) libraries: Vec<mtl::Named>,
+    pub(super) libraries: Vec<mtl::NamedFile>,
     pub(super) warnings: Tally,
 }
 
 /// The elements of a part with their corners.
-pub(super) fn elements(part: &Part) -> impl Iterator<Item = (&Element, &[Corner])> {
+pub(super) fn elements(part: &SurfacePart) -> impl Iterator<Item = (&Element, &[Corner])> {
     let mut start = 0;
     part.elements.iter().map(move |element| {
         let corners = part.corners.get(start..element.end as usize).unwrap_or_default();

@@ -31,7 +31,7 @@ impl Contents {
 
 /// Which attributes vertices have.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Has {
+pub(super) struct VertexAttributes {
     pub(super) normals: bool,
     pub(super) colors: bool,
     pub(super) uvs: bool,
