@@ -53,7 +53,7 @@ fn list(source: &Path) -> String {
     let mut declarations = declarations::Table::default();
     let mut list = String::from("/// Every program, by name.\npub static PROGRAMS: &[BuiltIn] = &[\n");
     for program in programs::declared(source) {
-        let programs::Declared { name, axes, .. } = &program;
+        let programs::ProgramDeclaration { name, axes, .. } = &program;
         let modules = (0..1 << axes.len()).map(|variant| {
             compose::module(source, &program, variant)
                 .unwrap_or_else(|error| panic!("{name}, variant {variant}:\n{error}"))

@@ -2,7 +2,10 @@
 
 mod architecture;
 mod arrows;
+mod circles;
 mod imports;
+mod names;
 mod pages;
 mod programs;
 mod sentences;
+mod sizes;

@@ -57,7 +57,7 @@ fn collect(file: &Path, owns_folder: bool, found: &mut BTreeSet<PathBuf>) {
 }
 
 /// All Rust files below a folder; none where it is not there.
-fn below(folder: &Path, files: &mut BTreeSet<PathBuf>) {
+pub fn below(folder: &Path, files: &mut BTreeSet<PathBuf>) {
     for entry in std::fs::read_dir(folder).into_iter().flatten() {
         let path = entry.expect("an entry").path();
         if path.is_dir() {

@@ -6,7 +6,7 @@ use manypass_testkit::sentences::{self, Sentence, WORDS_MAX};
 
 /// A sentence of a page.
 #[derive(Debug)]
-struct Placed {
+struct PlacedSentence {
     /// The line on which it begins, from 1.
     line: usize,
     sentence: Sentence,
@@ -50,10 +50,12 @@ fn blocks(text: &str) -> Vec<(usize, String)> {
 }
 
 /// The sentences of a page.
-fn sentences(page: &str) -> Vec<Placed> {
+fn sentences(page: &str) -> Vec<PlacedSentence> {
     let placed = |(first, text): (usize, String)| {
-        let place =
-            |sentence: Sentence| Placed { line: first + text[..sentence.begin].matches('\n').count(), sentence };
+        let place = |sentence: Sentence| PlacedSentence {
+            line: first + text[..sentence.begin].matches('\n').count(),
+            sentence,
+        };
         sentences::of_text(&text).into_iter().map(place).collect::<Vec<_>>()
     };
     blocks(page).into_iter().flat_map(placed).collect()
@@ -63,7 +65,7 @@ fn sentences(page: &str) -> Vec<Placed> {
 fn faults(fault: impl Fn(&Sentence) -> Option<String>) -> (Vec<String>, usize) {
     let (mut found, mut count) = (Vec::new(), 0);
     for (page, text) in pages::pages() {
-        for Placed { line, sentence } in sentences(&text) {
+        for PlacedSentence { line, sentence } in sentences(&text) {
             count += 1;
             let place = |fault: String| format!("{page}:{line}: {fault}: {}", sentence.text);
             found.extend(fault(&sentence).map(place));

@@ -1,12 +1,12 @@
 //! Puts light maps into a scene.
 
 use crate::encode::{Encoding, LightFile, direction_png, emission_png, grey_png, light_file};
-use crate::{BakeError, Baked, Unwrapped};
+use crate::{BakeError, BakedMaps, UnwrappedPrimitive};
 use glam::{Vec3, Vec4};
 use manypass_scene::material::{LightEncoding, LightMap};
 use manypass_scene::{
-    Image, ImageSource, LayerMap, Mapped, Material, MorphTarget, NodeId, Primitive, Sampler, Scene, Texture,
-    TextureRef, TextureTransform, Wrap,
+    Image, ImageSource, LayerMap, Material, MorphTarget, NodeId, Primitive, Sampler, Scene, Texture, TextureRef,
+    TextureTransform, TexturedFactor, Wrap,
 };
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -33,8 +33,8 @@ pub(crate) fn textures(material: &Material) -> impl Iterator<Item = TextureRef> 
 }
 
 /// A primitive with the vertices of its place in the maps.
-pub(crate) fn remade(primitive: &Primitive, unwrapped: &Unwrapped, is_mirrored: bool) -> Primitive {
-    fn picked<T: Copy>(values: &[T], unwrapped: &Unwrapped) -> Vec<T> {
+pub(crate) fn remade(primitive: &Primitive, unwrapped: &UnwrappedPrimitive, is_mirrored: bool) -> Primitive {
+    fn picked<T: Copy>(values: &[T], unwrapped: &UnwrappedPrimitive) -> Vec<T> {
         let vertices = unwrapped.vertices.iter();
         if values.is_empty() { Vec::new() } else { vertices.map(|(index, _)| values[*index as usize]).collect() }
     }
@@ -90,7 +90,7 @@ pub(crate) struct MapFile {
     pub extension: Option<&'static str>,
 }
 
-impl Baked {
+impl BakedMaps {
     fn of_page<'t, T>(&self, texels: &'t [T], page: u32) -> &'t [T] {
         let count = self.layout.width as usize * self.layout.height as usize;
         texels.get(page as usize * count..(page as usize + 1) * count).unwrap_or_default()
@@ -135,7 +135,7 @@ impl Baked {
     }
 
     /// The primitives that have a place, node by node.
-    pub(crate) fn by_node(&self) -> impl Iterator<Item = (NodeId, &[Unwrapped])> {
+    pub(crate) fn by_node(&self) -> impl Iterator<Item = (NodeId, &[UnwrappedPrimitive])> {
         let nodes = self.layout.unwrapped.chunk_by(|one, other| one.place.node == other.place.node);
         nodes.filter_map(|of_node| Some((of_node.first()?.place.node, of_node)))
     }
@@ -167,7 +167,7 @@ impl Baked {
                         baked.metallic_factor = 0.0;
                     }
                 } else if let Some((texture, factor)) = of_page.light {
-                    let light = Mapped { factor, texture: Some(reference(texture)) };
+                    let light = TexturedFactor { factor, texture: Some(reference(texture)) };
                     let direction = of_page.direction.map(reference);
                     baked.light_map = Some(LightMap { light, encoding: LightEncoding::Linear, direction });
                 }

@@ -30,7 +30,7 @@ const DEVIATIONS: f32 = 2.0;
 const COSINE_MIN: f32 = 0.95;
 
 /// What a texel holds while it is filtered: its light and what belongs to it, and the variance of its luminance.
-type Noisy<const N: usize> = ([f32; N], f32);
+type NoisyTexel<const N: usize> = ([f32; N], f32);
 
 /// The luminance of light that red, green and blue begin.
 fn luminance_of<const N: usize>(light: &[f32; N]) -> f32 {
@@ -49,7 +49,7 @@ pub(crate) fn denoise<const N: usize>(
     size: (usize, usize),
     (progress, stage): (&dyn Progress, Stage),
 ) -> Result<Vec<[f32; N]>, BakeError> {
-    let mut noisy: Vec<Noisy<N>> = light.into_iter().zip(variance).collect();
+    let mut noisy: Vec<NoisyTexel<N>> = light.into_iter().zip(variance).collect();
     let mut next = vec![([0.0; N], 0.0); noisy.len()];
     share_out(&mut next, (progress, stage), |index| without_peak(&noisy, texels, size, index))?;
     std::mem::swap(&mut noisy, &mut next);
@@ -64,11 +64,11 @@ pub(crate) fn denoise<const N: usize>(
 /// A texel that is brighter than all around it but one has met by chance what is small and bright, which others missed: it
 /// is brought down to the second of them, so that it does not become a spot.
 fn without_peak<const N: usize>(
-    noisy: &[Noisy<N>],
+    noisy: &[NoisyTexel<N>],
     texels: &Texels,
     (width, height): (usize, usize),
     index: usize,
-) -> Noisy<N> {
+) -> NoisyTexel<N> {
     let (light, variance) = noisy[index];
     let Some(chart) = texels.triangle(index).map(|owner| texels.chart(owner)) else { return (light, variance) };
     let (x, y) = (index % width, index / width % height);
@@ -96,12 +96,12 @@ fn without_peak<const N: usize>(
 }
 
 fn filtered<const N: usize>(
-    noisy: &[Noisy<N>],
+    noisy: &[NoisyTexel<N>],
     texels: &Texels,
     (width, height): (usize, usize),
     index: usize,
     step: i32,
-) -> Noisy<N> {
+) -> NoisyTexel<N> {
     let Some(owner) = texels.triangle(index) else { return noisy[index] };
     let (chart, facet) = (texels.chart(owner), texels.facet(owner));
     let middle = luminance_of(&noisy[index].0);
@@ -135,7 +135,7 @@ fn filtered<const N: usize>(
     (sum.map(|sum| sum / total), of_variance / (total * total))
 }
 
-fn variance_around<const N: usize>(noisy: &[Noisy<N>], (width, height): (usize, usize), index: usize) -> f32 {
+fn variance_around<const N: usize>(noisy: &[NoisyTexel<N>], (width, height): (usize, usize), index: usize) -> f32 {
     let (x, y) = (index % width, index / width % height);
     let first = index - (y * width + x);
     let (mut sum, mut count) = (0.0, 0.0);

@@ -10,7 +10,7 @@ use std::hash::Hasher;
 use std::ops::{AddAssign, Div};
 
 /// Radiance from around a scene, by direction, where nothing of the scene is.
-pub trait Around: Sync {
+pub trait DistantLight: Sync {
     /// The radiance that comes from a unit direction.
     fn radiance(&self, direction: Vec3) -> Vec3;
 
@@ -27,7 +27,7 @@ pub trait Around: Sync {
 }
 
 /// The same radiance from everywhere.
-impl Around for Vec3 {
+impl DistantLight for Vec3 {
     fn radiance(&self, _: Vec3) -> Vec3 {
         *self
     }
@@ -40,28 +40,28 @@ pub(crate) fn luminance(color: Vec3) -> f32 {
 
 /// Irradiance, and where it comes from.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Arriving {
+pub(crate) struct ArrivingLight {
     pub irradiance: Vec3,
     /// The sum of unit directions towards where it comes from, each times the luminance of its irradiance: divided by
     /// the luminance of all of it, their mean.
     pub moment: Vec3,
 }
 
-impl Arriving {
+impl ArrivingLight {
     /// Irradiance from a unit direction.
     pub fn from(direction: Vec3, irradiance: Vec3) -> Self {
         Self { irradiance, moment: direction * luminance(irradiance) }
     }
 }
 
-impl AddAssign for Arriving {
+impl AddAssign for ArrivingLight {
     fn add_assign(&mut self, other: Self) {
         self.irradiance += other.irradiance;
         self.moment += other.moment;
     }
 }
 
-impl Div<f32> for Arriving {
+impl Div<f32> for ArrivingLight {
     type Output = Self;
 
     fn div(self, by: f32) -> Self {
@@ -107,14 +107,14 @@ impl Receiver {
 
 /// Light from a direction that was chosen by chance.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Chosen {
+pub(crate) struct LightSample {
     pub direction: Vec3,
     pub radiance: Vec3,
     /// How dense such directions are.
     pub density: f32,
 }
 
-impl Chosen {
+impl LightSample {
     /// Its radiance divided by its density, as one of two samples, of which the other one has a density for its direction.
     pub fn share(&self, other: f32) -> Vec3 {
         self.radiance * (balance(self.density, other) / self.density)
@@ -159,7 +159,7 @@ impl Choice {
 
 /// What is around the scene, in texels of a map of all directions.
 struct Surround<'a> {
-    around: &'a dyn Around,
+    around: &'a dyn DistantLight,
     /// Rows by what all their texels give, and the texels of each: so points of the unit square that are spread evenly come to
     /// directions that are.
     rows: Choice,
@@ -216,7 +216,7 @@ pub(crate) struct Emitters<'a> {
 
 impl<'a> Emitters<'a> {
     /// Those of a scene with `surfaces`, and what is around it.
-    pub fn new(scene: &Scene, surfaces: &'a Surfaces, around: Option<&'a dyn Around>) -> Self {
+    pub fn new(scene: &Scene, surfaces: &'a Surfaces, around: Option<&'a dyn DistantLight>) -> Self {
         let moves = moving(scene);
         let lamps = scene.visible_nodes().into_iter().filter_map(|id| {
             let node = scene.node(id);
@@ -240,7 +240,7 @@ impl<'a> Emitters<'a> {
             };
             (intensity.is_finite() && intensity.max_element() > 0.0 && matrix.is_finite()).then_some(lamp)
         });
-        let of_around = around.and_then(Around::light).map(|light| Lamp {
+        let of_around = around.and_then(DistantLight::light).map(|light| Lamp {
             position: Vec3::ZERO,
             axis: -light.direction,
             intensity: light.irradiance,
@@ -269,9 +269,9 @@ impl<'a> Emitters<'a> {
 
     /// Irradiance from the scene's lights: of those that maps hold, and of the others. `point` is where on a light that
     /// has a size.
-    pub fn of_lamps(&self, tracer: &Tracer, receiver: &Receiver, point: Vec2) -> [Arriving; 2] {
+    pub fn of_lamps(&self, tracer: &Tracer, receiver: &Receiver, point: Vec2) -> [ArrivingLight; 2] {
         let start = receiver.start();
-        let mut sums = [Arriving::default(); 2];
+        let mut sums = [ArrivingLight::default(); 2];
         for lamp in &self.lamps {
             let (to_light, distance_m, intensity) = lamp.towards(receiver.position);
             let cosine = receiver.normal.dot(to_light);
@@ -281,7 +281,7 @@ impl<'a> Emitters<'a> {
             let to_edge = lamp.spot_towards(start, to_light, distance_m, point);
             let is_lit = !lamp.casts_shadows || tracer.is_free(start, to_edge.0, to_edge.1);
             if is_lit {
-                sums[usize::from(!lamp.is_held)] += Arriving::from(to_light, intensity * cosine);
+                sums[usize::from(!lamp.is_held)] += ArrivingLight::from(to_light, intensity * cosine);
             }
         }
         sums
@@ -317,7 +317,7 @@ impl<'a> Emitters<'a> {
         start: Vec3,
         accepts: impl Fn(Vec3) -> bool,
         point: Vec2,
-    ) -> Option<Chosen> {
+    ) -> Option<LightSample> {
         if self.by_power.sums.is_empty() {
             return None;
         }
@@ -338,7 +338,7 @@ impl<'a> Emitters<'a> {
             return None;
         }
         let density = self.by_power.share(index) / area * distance_m * distance_m / leaving;
-        Some(Chosen { direction, radiance: self.surfaces.shade(spot).emission, density })
+        Some(LightSample { direction, radiance: self.surfaces.shade(spot).emission, density })
     }
 
     /// The same of what is around the scene.
@@ -348,7 +348,7 @@ impl<'a> Emitters<'a> {
         start: Vec3,
         accepts: impl Fn(Vec3) -> bool,
         point: Vec2,
-    ) -> Option<Chosen> {
+    ) -> Option<LightSample> {
         let surround = self.surround.as_ref().filter(|surround| !surround.rows.sums.is_empty())?;
         let (row, down) = surround.rows.part(point.x);
         let (column, across) = surround.columns[row].part(point.y);
@@ -357,20 +357,20 @@ impl<'a> Emitters<'a> {
             return None;
         }
         let density = surround.density(direction).max(1e-20);
-        Some(Chosen { direction, radiance: surround.around.radiance(direction), density })
+        Some(LightSample { direction, radiance: surround.around.radiance(direction), density })
     }
 
     /// Irradiance from a place of what shines and from a direction of what is around the scene, each chosen by chance, as one
     /// of two samples: the other one is a ray as dense as its cosine, of which [`Self::met`] and [`Self::missed`] say what it
     /// brings.
-    pub fn of_chosen(&self, tracer: &Tracer, receiver: &Receiver, points: [Vec2; 2]) -> Arriving {
+    pub fn of_chosen(&self, tracer: &Tracer, receiver: &Receiver, points: [Vec2; 2]) -> ArrivingLight {
         let (start, accepts) = (receiver.start(), |direction| receiver.faces(direction));
         let [of_shining, of_around] = points;
         let of_shining = self.choose_shining(tracer, start, accepts, of_shining);
-        let mut sum = Arriving::default();
+        let mut sum = ArrivingLight::default();
         for chosen in of_shining.into_iter().chain(self.choose_around(tracer, start, accepts, of_around)) {
             let cosine = receiver.normal.dot(chosen.direction);
-            sum += Arriving::from(chosen.direction, chosen.share(cosine_density(cosine)) * cosine);
+            sum += ArrivingLight::from(chosen.direction, chosen.share(cosine_density(cosine)) * cosine);
         }
         sum
     }

@@ -2,7 +2,7 @@
 
 use crate::apply::{PageTextures, remade};
 use crate::encode::Encoding;
-use crate::{BakeError, Baked};
+use crate::{BakeError, BakedMaps};
 use manypass_scene::gltf_file::{Numbers, Parts};
 use manypass_scene::material::LightEncoding;
 use manypass_scene::{NodeId, Primitive, Scene};
@@ -103,7 +103,7 @@ fn rewrite(parts: &mut Parts, json: &Value, primitive: &Primitive) -> Value {
     written
 }
 
-impl Baked {
+impl BakedMaps {
     /// Puts them into the file that `scene`, of which they were made, was read from: surfaces have a second UV set, their
     /// materials `MOZ_lightmap`, and what nothing refers to any more is gone.
     ///

@@ -8,7 +8,7 @@ use manypass_scene::environment::RADIANCE_MAX;
 
 /// Gives every texel that has no light the mean of those beside it that have, again and again: all that have a surface, and
 /// `padding` texels around them. Pages are `size` texels wide and high.
-pub(crate) fn fill<L: Light>(light: &mut [L], texels: &impl Covered, size: (usize, usize), padding: u32) {
+pub(crate) fn fill<L: Light>(light: &mut [L], texels: &impl TexelCoverage, size: (usize, usize), padding: u32) {
     let page_texels = (size.0 * size.1).max(1);
     for (page, light) in light.chunks_exact_mut(page_texels).enumerate() {
         let first = page * page_texels;
@@ -80,14 +80,14 @@ impl Light for [f16; 3] {
 }
 
 /// Which texels have what.
-pub(crate) trait Covered {
+pub(crate) trait TexelCoverage {
     /// Whether a texel has light of its own.
     fn has_light(&self, index: usize) -> bool;
     /// Whether it has a surface.
     fn has_surface(&self, index: usize) -> bool;
 }
 
-impl Covered for Texels<'_> {
+impl TexelCoverage for Texels<'_> {
     fn has_light(&self, index: usize) -> bool {
         self.triangle(index).is_some()
     }
@@ -104,7 +104,7 @@ mod tests {
     /// The first texel has light, and the first four a surface.
     struct Row;
 
-    impl Covered for Row {
+    impl TexelCoverage for Row {
         fn has_light(&self, index: usize) -> bool {
             index == 0
         }

@@ -1,6 +1,6 @@
 //! What a texel sees.
 
-use crate::emitters::{Arriving, Emitters, Receiver, luminance};
+use crate::emitters::{ArrivingLight, Emitters, Receiver, luminance};
 use crate::fill::Light;
 use crate::sampling::{cosine_density, cosine_direction, hash2, point};
 use crate::surfaces::Surfaces;
@@ -39,7 +39,7 @@ pub(crate) struct Gather<'a> {
 pub(crate) struct Mean {
     pub value: Vec3,
     pub variance: f32,
-    /// Where light comes from, see [`Arriving::moment`].
+    /// Where light comes from, see [`ArrivingLight::moment`].
     pub moment: Vec3,
 }
 
@@ -55,7 +55,7 @@ impl Sums {
         self.halves[(sample & 1) as usize] += value;
     }
 
-    fn add_arriving(&mut self, sample: u32, arriving: Arriving) {
+    fn add_arriving(&mut self, sample: u32, arriving: ArrivingLight) {
         self.add(sample, arriving.irradiance);
         self.moment += arriving.moment;
     }
@@ -97,8 +97,8 @@ impl Gather<'_> {
     }
 
     /// Irradiance of the scene's lights, of those that maps hold and of the others.
-    pub fn of_lamps(&self, index: usize) -> [Arriving; 2] {
-        let mut sums = [Arriving::default(); 2];
+    pub fn of_lamps(&self, index: usize) -> [ArrivingLight; 2] {
+        let mut sums = [ArrivingLight::default(); 2];
         for (sample, receiver, seed) in self.receivers(index, LAMP_SAMPLES, OF_LAMPS) {
             let found = self.emitters.of_lamps(self.tracer, &receiver, point(sample, hash2(seed, 1)));
             sums.iter_mut().zip(found).for_each(|(sum, found)| *sum += found / LAMP_SAMPLES as f32);
@@ -126,7 +126,7 @@ impl Gather<'_> {
             let place = |which: u32| point(sample, hash2(seed, which));
             let mut arriving = self.emitters.of_chosen(self.tracer, &receiver, [place(1), place(2)]);
             let (direction, radiance) = self.emission_met(&receiver, place(3));
-            arriving += Arriving::from(direction, PI * radiance);
+            arriving += ArrivingLight::from(direction, PI * radiance);
             sums.add_arriving(sample, arriving);
         }
         sums.mean(self.samples)
@@ -161,7 +161,7 @@ impl Gather<'_> {
             };
             let Some(light) = self.texels.look_up(source, hit.spot) else { continue };
             let irradiance = self.surfaces.shade(hit.spot).reflectance * light * PI;
-            sums.add_arriving(sample, Arriving::from(direction, irradiance));
+            sums.add_arriving(sample, ArrivingLight::from(direction, irradiance));
         }
         sums.mean(self.samples)
     }

@@ -37,7 +37,7 @@ impl Default for LayoutSettings {
 
 /// A primitive of a node with its place in the maps.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Unwrapped {
+pub struct UnwrappedPrimitive {
     /// Whose it is.
     pub place: Place,
     /// Which map.
@@ -65,7 +65,7 @@ pub struct Layout {
     /// Pieces into which surfaces were cut.
     pub chart_count: u32,
     /// The primitives that have a place.
-    pub unwrapped: Vec<Unwrapped>,
+    pub unwrapped: Vec<UnwrappedPrimitive>,
     /// Of all primitives of the surfaces, which of `unwrapped` each is.
     pub(crate) of_placed: Vec<Option<u32>>,
     /// What differs from what was asked for, one line each.
@@ -169,7 +169,7 @@ impl Layout {
             let vertex = |vertex: &uvunwrap::OutputVertex| (vertex.xref, min + Vec2::from(vertex.uv) * extent);
             let chart = |corners: &[u32]| mesh.vertices[corners[0] as usize].chart.unwrap_or(u32::MAX);
             of_placed[*index] = Some(unwrapped.len() as u32);
-            unwrapped.push(Unwrapped {
+            unwrapped.push(UnwrappedPrimitive {
                 place: surfaces.placed[*index].place,
                 page,
                 vertices: mesh.vertices.iter().map(vertex).collect(),

@@ -30,11 +30,11 @@ mod texels;
 mod tracing;
 mod work;
 
-pub use emitters::Around;
+pub use emitters::DistantLight;
 pub use encode::Encoding;
 pub use error::BakeError;
-pub use layout::{Layout, LayoutSettings, SIDE_MAX, TEXELS_MAX, Unwrapped};
-pub use light_map::{BOUNCES_MAX, BakeSettings, Baked, Baker, SAMPLES_MAX, bake};
+pub use layout::{Layout, LayoutSettings, SIDE_MAX, TEXELS_MAX, UnwrappedPrimitive};
+pub use light_map::{BOUNCES_MAX, BakeSettings, BakedMaps, Baker, SAMPLES_MAX, bake};
 pub use probes::{ProbeBaker, ProbeSettings};
 pub use progress::{Progress, Stage};
 pub use surfaces::{Place, Surfaces};

@@ -9,7 +9,7 @@
 
 use crate::BakeError;
 use crate::denoise::denoise;
-use crate::emitters::{Around, Emitters, luminance};
+use crate::emitters::{DistantLight, Emitters, luminance};
 use crate::fill::{Light, fill};
 use crate::gather::Gather;
 use crate::layout::{Layout, LayoutSettings};
@@ -123,7 +123,7 @@ fn moment_in(numbers: &[f32]) -> Vec3 {
 
 /// What was found of a scene's surfaces.
 #[derive(Clone, Debug)]
-pub struct Baked {
+pub struct BakedMaps {
     /// Where surfaces lie in the maps.
     pub layout: Layout,
     /// Texels of all pages, one page after the other, rows from the top: irradiance divided by π, which is what a white
@@ -157,7 +157,7 @@ impl<'a> Baker<'a> {
     pub fn new(
         scene: &Scene,
         surfaces: &'a Surfaces,
-        around: Option<&'a dyn Around>,
+        around: Option<&'a dyn DistantLight>,
         settings: &BakeSettings,
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
@@ -182,7 +182,7 @@ impl<'a> Baker<'a> {
     ///
     /// # Errors
     /// `progress` says to stop.
-    pub fn run(self, progress: &dyn Progress, keeper: &dyn Keeper) -> Result<Baked, BakeError> {
+    pub fn run(self, progress: &dyn Progress, keeper: &dyn Keeper) -> Result<BakedMaps, BakeError> {
         let tracer = Tracer::new(self.surfaces);
         let mut texels = Texels::new(self.surfaces, &self.layout);
         let mut inside = vec![false; self.layout.texel_count()];
@@ -207,7 +207,7 @@ impl<'a> Baker<'a> {
         }
         drop(texels);
         let is_emission = self.settings.as_emission;
-        Ok(Baked { layout: self.layout, light, direction, is_emission, occlusion, notes })
+        Ok(BakedMaps { layout: self.layout, light, direction, is_emission, occlusion, notes })
     }
 
     fn gather<'g>(&'g self, tracer: &'g Tracer<'g>, texels: &'g Texels<'g>) -> Gather<'g> {
@@ -373,10 +373,10 @@ impl<'a> Baker<'a> {
 /// As [`Baker::new`] and [`Baker::run`] have them.
 pub fn bake(
     scene: &Scene,
-    around: Option<&dyn Around>,
+    around: Option<&dyn DistantLight>,
     settings: &BakeSettings,
     progress: &dyn Progress,
-) -> Result<Baked, BakeError> {
+) -> Result<BakedMaps, BakeError> {
     let surfaces = Surfaces::new(scene);
     Baker::new(scene, &surfaces, around, settings, progress)?.run(progress, &())
 }

@@ -35,7 +35,7 @@ const POINTS: u32 = 4;
 
 /// What a ray brings.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Brought {
+pub(crate) struct PathLight {
     /// The radiance that surfaces send back.
     pub sent_back: Vec3,
     /// The radiance that comes straight from where it is made, and what it is as one of two samples.
@@ -47,9 +47,9 @@ pub(crate) struct Brought {
 
 impl Paths<'_> {
     /// What a ray brings, whose `density` weighs it as one of two samples of what shines and of what is around the scene.
-    pub fn along(&self, from: Vec3, direction: Vec3, density: f32, draw: Draw) -> Brought {
+    pub fn along(&self, from: Vec3, direction: Vec3, density: f32, draw: Draw) -> PathLight {
         let (mut from, mut direction, mut density) = (from, direction, density);
-        let (mut brought, mut throughput) = (Brought::default(), Vec3::ONE);
+        let (mut brought, mut throughput) = (PathLight::default(), Vec3::ONE);
         for bounce in 0..=self.bounces {
             let Some(hit) = self.tracer.first(from, direction) else {
                 let share = self.emitters.missed(direction, density);

@@ -1,12 +1,12 @@
 //! Grids of probes: the light that arrives at places, by paths.
 
 use crate::BakeError;
-use crate::emitters::{Around, Emitters, luminance};
+use crate::emitters::{DistantLight, Emitters, luminance};
 use crate::light_map::check_rays;
 use crate::paths::{Draw, Paths};
 use crate::progress::{Progress, Stage};
 use crate::sampling::{even_direction, hash2, point};
-use crate::small_source::{Made, take_small_source};
+use crate::small_source::{DirectLight, take_small_source};
 use crate::surfaces::Surfaces;
 use crate::tracing::Tracer;
 use crate::work::{Keeper, keep_blocks};
@@ -52,7 +52,7 @@ const DISTANCES: usize = DISTANCE_SIDE * DISTANCE_SIDE;
 const NUMBERS: usize = 9 * 3 + 4 + 7 + 2 * DISTANCES;
 
 /// What was found of a probe.
-struct Looked {
+struct ProbeResult {
     light: Harmonics,
     source: SmallSource,
     offset_m: Vec3,
@@ -101,7 +101,7 @@ impl<'a> ProbeBaker<'a> {
     pub fn new(
         scene: &Scene,
         surfaces: &'a Surfaces,
-        around: Option<&'a dyn Around>,
+        around: Option<&'a dyn DistantLight>,
         grids: Vec<ProbeGrid>,
         settings: &ProbeSettings,
     ) -> Result<Self, BakeError> {
@@ -198,7 +198,7 @@ impl<'a> ProbeBaker<'a> {
         (best.0, best.1 <= INSIDE_SHARE)
     }
 
-    fn probe(&self, paths: &Paths, grid: &ProbeGrid, index: usize) -> Looked {
+    fn probe(&self, paths: &Paths, grid: &ProbeGrid, index: usize) -> ProbeResult {
         let seed = hash2(index as u32, 77);
         let (offset_m, is_on) = self.stand(paths, grid, index, seed);
         let (mut light, mut sums) = (Harmonics::default(), [(Vec2::ZERO, 0.0f32); DISTANCES]);
@@ -214,7 +214,7 @@ impl<'a> ProbeBaker<'a> {
             light.add(direction, finite(brought.sent_back + brought.share) * whole);
             if brought.made != Vec3::ZERO {
                 let (share, level) = (finite(brought.share) * whole, luminance(brought.made));
-                made.push(Made { direction, share, level });
+                made.push(DirectLight { direction, share, level });
             }
             let points = [1, 2].map(|at| draw.point(u32::MAX - at));
             let chosen = [
@@ -224,7 +224,7 @@ impl<'a> ProbeBaker<'a> {
             for chosen in chosen.into_iter().flatten() {
                 let (direction, share) = (chosen.direction, finite(chosen.share(even)) * each);
                 light.add(direction, share);
-                made.push(Made { direction, share, level: luminance(chosen.radiance) });
+                made.push(DirectLight { direction, share, level: luminance(chosen.radiance) });
             }
             let distance_m = brought.hit.map_or(most_m, |hit| hit.distance_m.min(most_m));
             for (at, (sum, weight)) in sums.iter_mut().enumerate() {
@@ -243,13 +243,13 @@ impl<'a> ProbeBaker<'a> {
                 |direction, irradiance| {
                     let share = finite(irradiance) / LAMP_SAMPLES as f32;
                     light.add(direction, share);
-                    made.push(Made { direction, share, level: f32::INFINITY });
+                    made.push(DirectLight { direction, share, level: f32::INFINITY });
                 },
             );
         }
         let source = take_small_source(&mut light, &made);
         let distances = sums.map(|(sum, weight)| if weight > 0.0 { sum / weight } else { Vec2::ZERO });
-        Looked { light, source, offset_m, is_on, distances }
+        ProbeResult { light, source, offset_m, is_on, distances }
     }
 }
 
@@ -257,7 +257,7 @@ fn finite(value: Vec3) -> Vec3 {
     if value.is_finite() { value } else { Vec3::ZERO }
 }
 
-fn numbers(found: &Looked) -> [f32; NUMBERS] {
+fn numbers(found: &ProbeResult) -> [f32; NUMBERS] {
     let of_light = found.light.0.iter().flat_map(|color| color.to_array());
     let of_place = found.offset_m.extend(if found.is_on { 1.0 } else { 0.0 }).to_array();
     let of_source = [found.source.direction, found.source.irradiance].map(|of| of.to_array());

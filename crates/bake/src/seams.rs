@@ -4,8 +4,8 @@
 //! such a line. Along every cut the texels of both sides are moved towards each other by as little as it takes, over and
 //! over (after Iwanicki 2013, "Lighting Technology of The Last of Us"; the projections are Kaczmarz's, 1937).
 
-use crate::layout::{Layout, Unwrapped};
-use crate::surfaces::{Placed, Surfaces};
+use crate::layout::{Layout, UnwrappedPrimitive};
+use crate::surfaces::{Surfaces, WorldPrimitive};
 use glam::{Vec2, Vec3};
 use std::collections::HashMap;
 
@@ -52,7 +52,7 @@ pub(crate) fn seams(surfaces: &Surfaces, layout: &Layout) -> Vec<Seam> {
     unwrapped.flat_map(|(placed, unwrapped)| of_surface(placed, unwrapped, layout)).collect()
 }
 
-fn of_surface(placed: &Placed, unwrapped: &Unwrapped, layout: &Layout) -> Vec<Seam> {
+fn of_surface(placed: &WorldPrimitive, unwrapped: &UnwrappedPrimitive, layout: &Layout) -> Vec<Seam> {
     let size = Vec2::new(layout.width as f32, layout.height as f32);
     let first = unwrapped.page as usize * layout.width as usize * layout.height as usize;
     let mut open: HashMap<[End; 2], Edge> = HashMap::new();

@@ -13,7 +13,7 @@ const STEPS: usize = 4;
 
 /// Light straight from where it is made.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Made {
+pub(crate) struct DirectLight {
     pub direction: Vec3,
     /// What it adds to irradiance across its direction.
     pub share: Vec3,
@@ -29,10 +29,10 @@ fn belongs(cosine: f32) -> f32 {
 }
 
 /// Takes the strongest small source out of light, of which `made` says what comes straight from where it is made.
-pub(crate) fn take_small_source(light: &mut Harmonics, made: &[Made]) -> SmallSource {
+pub(crate) fn take_small_source(light: &mut Harmonics, made: &[DirectLight]) -> SmallSource {
     let mean = luminance(light.0[0]) * 0.282_095;
     // What light is on average is of no source.
-    let beyond = |of: &Made| (1.0 - mean / of.level.max(1e-20)).max(0.0);
+    let beyond = |of: &DirectLight| (1.0 - mean / of.level.max(1e-20)).max(0.0);
     let bright: Vec<(Vec3, Vec3, f32)> = made
         .iter()
         .map(|of| (of.direction, of.share * beyond(of)))

@@ -19,7 +19,7 @@ pub struct Place {
 
 /// A primitive where a node has it.
 #[derive(Debug)]
-pub(crate) struct Placed {
+pub(crate) struct WorldPrimitive {
     pub place: Place,
     pub material: Option<usize>,
     /// Whether light maps are made of it: it is opaque and lit.
@@ -44,7 +44,7 @@ pub(crate) struct Placed {
 /// hidden nodes, points and lines. Blended surfaces and glass let light through as if they were not there.
 #[derive(Debug)]
 pub struct Surfaces {
-    pub(crate) placed: Vec<Placed>,
+    pub(crate) placed: Vec<WorldPrimitive>,
     /// Which of `placed` a triangle is of.
     pub(crate) owners: Vec<u32>,
     pub(crate) surfacing: Surfacing,
@@ -102,7 +102,7 @@ pub(crate) fn moving(scene: &Scene) -> Vec<bool> {
     moves
 }
 
-fn place(node: &Node, id: NodeId, index: usize, primitive: &Primitive) -> Placed {
+fn place(node: &Node, id: NodeId, index: usize, primitive: &Primitive) -> WorldPrimitive {
     let world_from_object = node.world_from_object;
     let normal_matrix = glam::Mat3::from_mat4(world_from_object).inverse().transpose();
     let is_mirrored = world_from_object.determinant() < 0.0;
@@ -123,7 +123,7 @@ fn place(node: &Node, id: NodeId, index: usize, primitive: &Primitive) -> Placed
     let normals = (primitive.normals.len() == positions.len()).then_some(&primitive.normals);
     let normals = normals.into_iter().flatten().map(|normal| normal_matrix * Vec3::from(*normal));
     let uv_of = |set: &[[f32; 2]]| set.iter().map(|uv| Vec2::from(*uv)).collect();
-    Placed {
+    WorldPrimitive {
         place: Place { node: id, primitive: index },
         material: primitive.material,
         receives: true,
@@ -206,7 +206,7 @@ impl Surfaces {
     }
 
     /// Whose a triangle is, and its corners in that.
-    pub(crate) fn triangle(&self, triangle: u32) -> (&Placed, [usize; 3]) {
+    pub(crate) fn triangle(&self, triangle: u32) -> (&WorldPrimitive, [usize; 3]) {
         let placed = &self.placed[self.owners[triangle as usize] as usize];
         let first = 3 * (triangle - placed.first_triangle) as usize;
         (placed, [0, 1, 2].map(|corner| placed.indices[first + corner] as usize))

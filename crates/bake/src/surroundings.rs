@@ -1,7 +1,7 @@
 //! Pictures of what is to be seen around places, by paths.
 
 use crate::BakeError;
-use crate::emitters::{Around, Emitters};
+use crate::emitters::{DistantLight, Emitters};
 use crate::encode::{Encoding, light_file};
 use crate::light_map::check_rays;
 use crate::paths::{Draw, Paths};
@@ -60,7 +60,7 @@ impl<'a> SurroundingsBaker<'a> {
     pub fn new(
         scene: &Scene,
         surfaces: &'a Surfaces,
-        around: Option<&'a dyn Around>,
+        around: Option<&'a dyn DistantLight>,
         places: Vec<Surroundings>,
         settings: &SurroundingsSettings,
     ) -> Result<Self, BakeError> {

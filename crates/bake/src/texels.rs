@@ -22,7 +22,7 @@ pub(crate) struct Texels<'s> {
 
 /// A triangle in texels of its page.
 #[derive(Clone, Copy, Debug)]
-struct Flat {
+struct TexelTriangle {
     corners: [Vec2; 3],
 }
 
@@ -36,7 +36,7 @@ fn nearest_on(from: Vec2, to: Vec2, point: Vec2) -> f32 {
     ((point - from).dot(along) / along.length_squared().max(1e-20)).clamp(0.0, 1.0)
 }
 
-impl Flat {
+impl TexelTriangle {
     /// The shares of the second and third corner at a point, which may lie outside.
     fn shares(&self, point: Vec2) -> Option<Vec2> {
         let [a, b, c] = self.corners;
@@ -159,10 +159,10 @@ impl<'s> Texels<'s> {
         Some(([corner(0), corner(1), corner(2)], unwrapped.page))
     }
 
-    fn flat(&self, triangle: u32) -> Option<Flat> {
+    fn flat(&self, triangle: u32) -> Option<TexelTriangle> {
         let size = Vec2::new(self.layout.width as f32, self.layout.height as f32);
         let (corners, _) = self.corners_uv(triangle)?;
-        Some(Flat { corners: corners.map(|corner| corner * size) })
+        Some(TexelTriangle { corners: corners.map(|corner| corner * size) })
     }
 
     /// The chart of a triangle.

@@ -2,7 +2,7 @@
 
 use crate::common::{add, at, bake, matte, mean, settings, texel};
 use glam::{Quat, Vec2, Vec3};
-use manypass_bake::{Around, BakeSettings, Baked};
+use manypass_bake::{BakeSettings, BakedMaps, DistantLight};
 use manypass_scene::{Light, LightKind, LightMode, Material, Node, Primitive, Scene, primitives};
 use std::f32::consts::PI;
 
@@ -96,12 +96,12 @@ fn white_surroundings_are_white_on_what_stands_alone() {
 }
 
 /// What a bake with directions finds.
-fn bake_directional(scene: &Scene, around: Option<&dyn Around>, of: &BakeSettings) -> Baked {
+fn bake_directional(scene: &Scene, around: Option<&dyn DistantLight>, of: &BakeSettings) -> BakedMaps {
     bake(scene, around, &BakeSettings { directional: true, ..*of })
 }
 
 /// The direction at the middle of the first triangle of a surface.
-fn direction(maps: &Baked, which: usize) -> Vec3 {
+fn direction(maps: &BakedMaps, which: usize) -> Vec3 {
     let of = &maps.layout.unwrapped[which];
     let corners = of.indices[..3].iter().map(|corner| of.vertices[*corner as usize].1);
     maps.direction[texel(maps, of.page, corners.sum::<Vec2>() / 3.0)].into()

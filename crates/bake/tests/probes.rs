@@ -2,7 +2,7 @@
 
 use crate::common::{add, matte};
 use glam::{Quat, Vec3};
-use manypass_bake::{Around, ProbeBaker, ProbeSettings, Surfaces};
+use manypass_bake::{DistantLight, ProbeBaker, ProbeSettings, Surfaces};
 use manypass_scene::probes::{ProbeBasis, ProbeGrid};
 use manypass_scene::surroundings::Region;
 use manypass_scene::{Light, LightKind, LightMode, Node, Primitive, Scene, primitives};
@@ -20,7 +20,7 @@ fn grid(half_m: f32, counts: [u32; 3]) -> ProbeGrid {
     ProbeGrid::new("probes", region, counts).expect("a grid")
 }
 
-fn bake(scene: &Scene, around: Option<&dyn Around>, grid: &ProbeGrid, settings: ProbeSettings) -> ProbeGrid {
+fn bake(scene: &Scene, around: Option<&dyn DistantLight>, grid: &ProbeGrid, settings: ProbeSettings) -> ProbeGrid {
     let surfaces = Surfaces::new(scene);
     let baker = ProbeBaker::new(scene, &surfaces, around, vec![grid.clone()], &settings).expect("settings");
     baker.run(&(), &()).expect("it bakes").remove(0)

@@ -3,7 +3,9 @@
 
 use glam::{Mat4, Vec2, Vec3};
 use manypass::{Averaging, Background, Environment, FrameRequest, Gpu, Renderer, Switch, View};
-use manypass_bake::{BakeSettings, Baked, Baker, LayoutSettings, ProbeBaker, ProbeSettings, Surfaces, Unwrapped};
+use manypass_bake::{
+    BakeSettings, BakedMaps, Baker, LayoutSettings, ProbeBaker, ProbeSettings, Surfaces, UnwrappedPrimitive,
+};
 use manypass_scene::probes::{LiveProbes, Probe, ProbeGrid, ProbeLight};
 use manypass_scene::{Projection, Scene, demo};
 use serde_json::{Value, json};
@@ -155,7 +157,7 @@ struct Texel {
 }
 
 /// The texels whose middle lies in a surface.
-fn texels_of(scene: &Scene, maps: &Baked, of: &Unwrapped) -> Vec<Texel> {
+fn texels_of(scene: &Scene, maps: &BakedMaps, of: &UnwrappedPrimitive) -> Vec<Texel> {
     let node = &scene.nodes[of.place.node.0 as usize];
     let Some(mesh) = node.mesh else { return Vec::new() };
     let primitive = &scene.meshes[mesh].primitives[of.place.primitive];
@@ -192,8 +194,8 @@ fn texels_of(scene: &Scene, maps: &Baked, of: &Unwrapped) -> Vec<Texel> {
 }
 
 /// Some texels of the floor and as many of a wall, none of them beside a box, and how many texels there are in all.
-fn points_of(scene: &Scene, maps: &Baked) -> (Vec<Texel>, usize) {
-    let name = |of: &Unwrapped| scene.nodes[of.place.node.0 as usize].name.clone();
+fn points_of(scene: &Scene, maps: &BakedMaps) -> (Vec<Texel>, usize) {
+    let name = |of: &UnwrappedPrimitive| scene.nodes[of.place.node.0 as usize].name.clone();
     let boxes: Vec<Vec3> =
         scene.nodes.iter().filter(|node| node.name.starts_with("Box")).map(|node| node.translation).collect();
     let is_free = |texel: &Texel| boxes.iter().all(|at| (*at - texel.position_world).with_y(0.0).length() > 0.5);
@@ -289,7 +291,7 @@ fn texels(renderer: &mut Renderer) -> Result<Value> {
         denoise: false,
         ..BakeSettings::default()
     };
-    let bake = |settings: &BakeSettings| -> Result<(f64, Baked)> {
+    let bake = |settings: &BakeSettings| -> Result<(f64, BakedMaps)> {
         least_ms(|| Ok(Baker::new(&scene, &surfaces, None, settings, &())?.run(&(), &())?))
     };
     let (_, reference) = bake(&settings(TEXEL_SAMPLES_REFERENCE, TEXEL_BOUNCES))?;

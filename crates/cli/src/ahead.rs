@@ -1,15 +1,15 @@
 //! Reading the first input while the graphics driver starts, which takes about as long.
 
 use crate::failure::Failure;
-use crate::input::{Input, Opened};
+use crate::input::{Input, InputScene};
 use std::thread::JoinHandle;
 
-type Read = Result<Opened, Failure>;
+type InputResult = Result<InputScene, Failure>;
 
 /// An input that is being read on a thread of its own.
 pub struct ReadAhead {
     input: Input,
-    reader: JoinHandle<Read>,
+    reader: JoinHandle<InputResult>,
 }
 
 impl ReadAhead {
@@ -28,7 +28,7 @@ impl ReadAhead {
     ///
     /// # Errors
     /// As [`Input::load`].
-    pub fn take(ahead: &mut Option<Self>, input: &Input) -> Read {
+    pub fn take(ahead: &mut Option<Self>, input: &Input) -> InputResult {
         match ahead.take() {
             // A reader that panicked says so again where it is not alone.
             Some(ahead) if ahead.input == *input => ahead.reader.join().unwrap_or_else(|_| input.load()),

@@ -1,33 +1,32 @@
 //! `bake`: light that is computed beforehand, as a glTF file.
 
-mod args;
 mod bakers;
 mod journal;
+mod outputs;
 mod progress;
 mod report;
 
-pub use args::{BakeArgs, EXAMPLES};
-
+use crate::args::bake::BakeArgs;
 use crate::args::{ChangeArgs, FrameArgs};
-use crate::chosen::Chosen;
+use crate::chosen::SettingsChoice;
 use crate::failure::{Failure, Kind, say};
-use crate::input::{Input, Opened};
+use crate::input::{Input, InputScene};
 use crate::inspect::one;
-use crate::older::{self, Told};
+use crate::older::{self, ToldNames};
 use crate::output;
-use crate::places::Places;
 use crate::session::{ms_since, print};
 use crate::stage::model_hint;
 use crate::surroundings::Surroundings;
 use crate::{interrupt, scenes};
-use bakers::{Bakers, Found, Wanted};
+use bakers::{BakeRequest, BakeResults, Bakers};
 use glam::Vec3;
 use journal::Journal;
 use manypass::{Environment, EnvironmentRadiance, Settings};
-use manypass_bake::{Around, BakeError, Encoding, Surfaces, picture_file};
+use manypass_bake::{BakeError, DistantLight, Encoding, Surfaces, picture_file};
 use manypass_scene::gltf_file::{Parts, put_extra};
-use manypass_scene::stage::{MAX_STAGE_BYTES, is_stage};
-use manypass_scene::{EnvironmentLight, LightMode, Scene, Stage, input_file};
+use manypass_scene::stage::is_stage;
+use manypass_scene::{EnvironmentLight, LightMode, Scene, Stage};
+use outputs::{Outputs, check_folder};
 use progress::Bar;
 use report::Report;
 use serde_json::{Value, json};
@@ -38,7 +37,7 @@ use std::time::Instant;
 /// The environment as a bake asks for it.
 struct Surround(EnvironmentRadiance);
 
-impl Around for Surround {
+impl DistantLight for Surround {
     fn key(&self) -> u64 {
         self.0.key()
     }
@@ -52,109 +51,6 @@ impl Around for Surround {
     }
 }
 
-/// What is written.
-struct Outputs {
-    model: PathBuf,
-    /// Of an input that is a stage, or has one, and where flags say what lies around the scene.
-    stage: Option<PathBuf>,
-}
-
-/// What begins a stage that this command wrote, so that it may be written again.
-const WRITTEN: &str = "# Written by `manypass bake`.\n";
-
-impl Outputs {
-    fn new(args: &BakeArgs, input: &Input) -> Result<Self, Failure> {
-        let model = args.output.clone();
-        if !model.extension().is_some_and(|end| end.eq_ignore_ascii_case("glb")) {
-            let message = format!("{} does not end in .glb", model.display());
-            return Err(Failure::usage(message, "write -o OUT.glb"));
-        }
-        let has_stage = input.has_settings() || args.says_environment();
-        let stage = has_stage.then(|| model.with_extension("stage.toml"));
-        if let Some(path) = stage.as_ref().filter(|path| path.is_file()) {
-            let is_written =
-                input_file::read(path, MAX_STAGE_BYTES).is_ok_and(|bytes| bytes.starts_with(WRITTEN.as_bytes()));
-            if !is_written {
-                let message = format!("{} is there, and was not written by a bake", path.display());
-                return Err(Failure::usage(message, "write to another -o OUT.glb, or move that stage away"));
-            }
-        }
-        Ok(Self { model, stage })
-    }
-
-    /// Writes them.
-    fn write(&self, model: &[u8], stage_text: Option<&str>) -> Result<(), Failure> {
-        output::write_file(&self.model, model)?;
-        match (&self.stage, stage_text) {
-            (Some(path), Some(text)) => output::write_file(path, text.as_bytes()),
-            _ => Ok(()),
-        }
-    }
-
-    /// Whether they are there already, made of the same.
-    fn are_of(&self, key: &str, stage_text: Option<&str>) -> bool {
-        let is_same = |path: &PathBuf| {
-            input_file::read(path, MAX_STAGE_BYTES).is_ok_and(|bytes| Some(&*bytes) == stage_text.map(str::as_bytes))
-        };
-        self.stage.as_ref().is_none_or(is_same)
-            && Parts::json_of(&self.model).is_some_and(|json| json["asset"]["extras"]["bake"]["key"] == key)
-    }
-
-    /// The text of the stage: that of the input with another model, and with what flags say of the environment, so that
-    /// frames have what was baked.
-    fn stage_text(
-        &self,
-        stage: Option<&Stage>,
-        settings: &Settings,
-        args: &BakeArgs,
-    ) -> Result<Option<String>, Failure> {
-        if self.stage.is_none() {
-            return Ok(None);
-        }
-        let model = self.model.file_name().unwrap_or_default().to_string_lossy();
-        let text = match stage {
-            Some(stage) => stage.text_with_model(&model),
-            None => format!("model = {}\n", Value::from(&*model)),
-        };
-        let mut text = format!("{WRITTEN}{}", text.strip_prefix(WRITTEN).unwrap_or(&text));
-        if !args.says_environment() {
-            return Ok(Some(text));
-        }
-        text.push_str("\n[environment]\n");
-        let table = |settings: &Settings| serde_json::to_value(settings).map(|all| all["environment"].clone());
-        let (Ok(all), Ok(default)) = (table(settings), table(&Settings::default())) else { return Ok(Some(text)) };
-        for (key, value) in all.as_object().into_iter().flatten() {
-            if key.ends_with("file") && value.as_str().is_some_and(|file| !file.is_empty()) {
-                let file = self.beside(Path::new(value.as_str().unwrap_or_default()))?;
-                text.push_str(&format!("{key} = {}\n", Value::from(file)));
-            } else if *value != default[key] {
-                text.push_str(&format!("{key} = {value}\n"));
-            }
-        }
-        // A second table of that name, however the first one is written, is none.
-        if Stage::parse(&model, &text).is_err() {
-            let message = "the stage already sets the environment";
-            return Err(Failure::usage(message, "change its [environment], and leave flags of the environment out"));
-        }
-        Ok(Some(text))
-    }
-
-    /// The name of a file in the folder of the output.
-    fn beside(&self, file: &Path) -> Result<String, Failure> {
-        if folder_of(file) == folder_of(&self.model) {
-            return Ok(file.file_name().unwrap_or_default().to_string_lossy().into_owned());
-        }
-        let message = format!("{} lies in another folder than {}", file.display(), self.model.display());
-        Err(Failure::usage(message, "put both into one folder: the written stage names files in its own folder"))
-    }
-
-    fn check(&self, input: &Input) -> Result<(), Failure> {
-        let mut places = Places::of_input(input);
-        places.write_as(&self.model, "the baked model")?;
-        self.stage.as_ref().map_or(Ok(()), |path| places.write_as(path, "the stage of the baked model"))
-    }
-}
-
 /// Runs `bake`; `started` is when the process started.
 ///
 /// # Errors
@@ -163,7 +59,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let input = one(&args.input)?;
     let outputs = Outputs::new(args, &input)?;
     outputs.check(&input)?;
-    let wanted = Wanted::new(args)?;
+    let wanted = BakeRequest::new(args)?;
     if let Some(pair) = args.set.iter().find(|pair| !pair.trim_start().starts_with("environment.")) {
         let message = format!("`--set {pair}` does not affect the bake");
         return Err(Failure::usage(message, "`bake` takes settings of the environment alone: environment.KEY=VALUE"));
@@ -177,7 +73,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
         change: ChangeArgs { set: args.set.clone(), ..ChangeArgs::default() },
         ..FrameArgs::default()
     };
-    let chosen = Chosen::of_frame(&frame)?.meeting_stages(stage.is_some());
+    let chosen = SettingsChoice::of_frame(&frame)?.meeting_stages(stage.is_some());
     let (settings, _) = chosen.settings(Settings::default(), stage.as_ref())?;
     warnings.extend(Surroundings::new(None).prepare(&mut scene, &settings)?);
     scenes::show(&mut scene, args.scene.as_deref(), &mut warnings)?;
@@ -193,7 +89,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let source = environment_name(&settings, &scene);
     say_what_is_baked(args, (&input, stage.as_ref()), &settings, source);
     let around = EnvironmentRadiance::new(&settings.environment, &scene).map(Surround);
-    let around = around.as_ref().map(|around| around as &dyn Around);
+    let around = around.as_ref().map(|around| around as &dyn DistantLight);
     let bar = Bar::new(args.quiet, &wanted);
     let surfaces = Surfaces::new(&scene);
     let in_input = |error: BakeError| {
@@ -207,13 +103,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let key = key(&baker, &parts, encoding);
     if outputs.are_of(&key, stage_text.as_deref()) {
         bar.finish();
-        if args.json {
-            let report = json!({ "output": outputs.model, "stage": outputs.stage, "up_to_date": true });
-            print(&format!("{report:#}\n"))?;
-        } else if !args.quiet {
-            say(format_args!("{} is up to date: it is of the same scene and flags", outputs.model.display()));
-        }
-        return Ok(());
+        return say_up_to_date(args, &outputs);
     }
     let journal = Journal::open(&outputs.model, baker.key(), args.quiet);
     let found = match baker.run(&bar, &journal) {
@@ -227,18 +117,7 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     let before = parts.json["asset"]["extras"]["bake"].clone();
     let provenance = provenance((&wanted, &before), (&key, &args.encoding, source), &found);
     put_extra(&mut parts.json["asset"], "bake", provenance);
-    if let Some(maps) = &found.maps {
-        maps.write(&mut parts, &scene, encoding).map_err(|error| failed(&input, &error))?;
-    }
-    // What those of a bake before leave behind.
-    let kept = parts.unreferenced();
-    if wanted.probes.is_some() {
-        parts.put_probes(&found.grids);
-    }
-    if wanted.surroundings.is_some() {
-        parts.put_surroundings(&found.places, picture_file).map_err(|error| failed(&input, &error))?;
-    }
-    parts.prune(&kept);
+    put(&mut parts, &scene, (&wanted, &found), encoding).map_err(|error| failed(&input, &error))?;
     let bytes = parts.to_glb().ok_or_else(|| {
         let message = format!("{} would be larger than 4 GiB", outputs.model.display());
         Failure::new(Kind::Failed, message, "lower --density")
@@ -263,6 +142,42 @@ pub fn bake(args: &BakeArgs, started: Instant) -> Result<(), Failure> {
     }
 }
 
+/// Puts what was found into the file.
+///
+/// # Errors
+/// A picture cannot be encoded.
+fn put(
+    parts: &mut Parts,
+    scene: &Scene,
+    (wanted, found): (&BakeRequest, &BakeResults),
+    encoding: Encoding,
+) -> Result<(), BakeError> {
+    if let Some(maps) = &found.maps {
+        maps.write(parts, scene, encoding)?;
+    }
+    // What those of a bake before leave behind.
+    let kept = parts.unreferenced();
+    if wanted.probes.is_some() {
+        parts.put_probes(&found.grids);
+    }
+    if wanted.surroundings.is_some() {
+        parts.put_surroundings(&found.places, picture_file)?;
+    }
+    parts.prune(&kept);
+    Ok(())
+}
+
+/// Says that there is nothing to do.
+fn say_up_to_date(args: &BakeArgs, outputs: &Outputs) -> Result<(), Failure> {
+    if args.json {
+        let report = json!({ "output": outputs.model, "stage": outputs.stage, "up_to_date": true });
+        print(&format!("{report:#}\n"))?;
+    } else if !args.quiet {
+        say(format_args!("{} is up to date: it is of the same scene and flags", outputs.model.display()));
+    }
+    Ok(())
+}
+
 /// What an output is of: the light, and the file that it is put into.
 fn key(baker: &Bakers, parts: &Parts, encoding: Encoding) -> String {
     let mut hasher = DefaultHasher::new();
@@ -274,9 +189,9 @@ fn key(baker: &Bakers, parts: &Parts, encoding: Encoding) -> String {
 
 /// What the file says of its maps and probes.
 fn provenance(
-    (wanted, before): (&Wanted, &Value),
+    (wanted, before): (&BakeRequest, &Value),
     (key, encoding, source): (&str, &str, &str),
-    found: &Found,
+    found: &BakeResults,
 ) -> Value {
     let mut extras = json!({ "key": key, "environment": source });
     // What stays in the file of a bake before.
@@ -348,7 +263,7 @@ fn interrupted(bar: &Bar, is_kept: bool) -> Failure {
 /// Tells of older names, and that a file without lights has the light of the studio baked, which nobody asked for.
 fn say_what_is_baked(args: &BakeArgs, (input, stage): (&Input, Option<&Stage>), settings: &Settings, source: &str) {
     if !args.quiet {
-        Told::default().say(&input.name(), &older::of_input(input, stage));
+        ToldNames::default().say(&input.name(), &older::of_input(input, stage));
     }
     if source == "studio" && settings.environment.source == Environment::Auto && !args.quiet {
         let what = "it has no lights, so the light of the studio is baked; --environment none leaves it out";
@@ -369,7 +284,7 @@ fn environment_name(settings: &Settings, scene: &Scene) -> &'static str {
 
 /// The scene of an input, what its reader warns of, its stage, and its model as a file that can be written.
 fn open(input: &Input) -> Result<(Scene, Vec<String>, Option<Stage>, Parts), Failure> {
-    let Opened { scene, mut warnings, stage } = input.load()?;
+    let InputScene { scene, mut warnings, stage } = input.load()?;
     let model = match (input, &stage) {
         (Input::File(path), Some(stage)) if is_stage(path) => {
             let folder = path.parent().unwrap_or(Path::new(""));
@@ -413,22 +328,4 @@ fn set_modes(scene: &mut Scene, parts: &mut Parts, mode: LightMode) {
         light.mode = mode;
         put_extra(json, "mode", mode.name().into());
     }
-}
-
-/// The folder in which a file is, if there is one.
-fn folder_of(path: &Path) -> Option<PathBuf> {
-    let parent = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::canonicalize(parent).ok()
-}
-
-/// A stage names files from its own folder, so that its copy can be nowhere else.
-fn check_folder(path: &Path, stage: &Stage, output: &Path) -> Result<(), Failure> {
-    let names_files = !stage.images().is_empty() || stage.names_light();
-    if names_files && folder_of(path) != folder_of(output) {
-        let message =
-            format!("{} names files in its folder, which {} would not find", path.display(), output.display());
-        let beside = path.with_file_name(output.file_name().unwrap_or_default());
-        return Err(Failure::usage(message, format!("write -o {}", beside.display())));
-    }
-    Ok(())
 }

@@ -4,17 +4,18 @@ mod live;
 
 use crate::args::BenchArgs;
 use crate::camera::{self, CameraSpec};
-use crate::chosen::Chosen;
+use crate::chosen::SettingsChoice;
 use crate::failure::Failure;
-use crate::input::{Input, Opened};
+use crate::input::{Input, InputScene};
 use crate::job;
-use crate::older::Told;
+use crate::older::ToldNames;
 use crate::pattern::is_stdout;
 use crate::places::Places;
 use crate::report::{measured_passes, shadow_numbers};
 use crate::request::{effect_values, effects};
 use crate::scenes;
 use crate::session::{self, ms_since, output_failure, print, still_failure, write_failure};
+use crate::size;
 use crate::surroundings::Surroundings;
 use crate::table;
 use live::Live;
@@ -39,11 +40,11 @@ const FRAME_SECS: f32 = 1.0 / 60.0;
 /// # Errors
 /// Wrong usage, an input that cannot be read, no adapter, or a renderer that fails.
 pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
-    let (width, height) = job::size(&args.size)?;
+    let (width, height) = size::parse(&args.size)?;
     let input = &checked_input(args)?;
     // What a demo is shown with is no part of what is measured bare.
     let takes_settings = args.live || !matches!(input, Input::Demo(_));
-    let chosen = Chosen::of_change(&args.change)?.meeting_stages(takes_settings && input.has_settings());
+    let chosen = SettingsChoice::of_change(&args.change)?.meeting_stages(takes_settings && input.has_settings());
     let base = || if args.live { Settings::default() } else { bare() };
     let (settings, effect_files) = chosen.settings(base(), None)?;
     if let Some(path) = &args.png {
@@ -56,7 +57,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     }
     let mut renderer = session::open(args.adapter.as_deref(), !args.cache.no_cache)?;
     let load_started = Instant::now();
-    let Opened { mut scene, mut warnings, stage } = input.load()?;
+    let InputScene { mut scene, mut warnings, stage } = input.load()?;
     let stage = told_of(&chosen, input, stage.filter(|_| takes_settings));
     let (settings, effect_files) = match &stage {
         None => (settings, effect_files),
@@ -105,7 +106,7 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
     let plan = renderer.plan(&scene, &request).map_err(failed)?;
     let of_passes = if args.first_frame { None } else { Some(measure_passes(&mut renderer, &scene, &request, &plan)?) };
     let (passes, table, pairs) = of_passes.unwrap_or_default();
-    let measured = Measured {
+    let measured = Measurements {
         renderer: &renderer,
         size: (width, height),
         settings: &settings,
@@ -130,7 +131,12 @@ pub fn bench(args: &BenchArgs, started: Instant) -> Result<(), Failure> {
 }
 
 /// The budget of frames as a page draws them; none of others, whose settings are checked.
-fn live_of(args: &BenchArgs, chosen: &Chosen<'_>, settings: &Settings, stage: Option<&Stage>) -> Result<Live, Failure> {
+fn live_of(
+    args: &BenchArgs,
+    chosen: &SettingsChoice<'_>,
+    settings: &Settings,
+    stage: Option<&Stage>,
+) -> Result<Live, Failure> {
     match args.live {
         true => Live::new(chosen, settings, stage),
         false => job::check_settings(settings).map(|()| Live::default()),
@@ -138,8 +144,8 @@ fn live_of(args: &BenchArgs, chosen: &Chosen<'_>, settings: &Settings, stage: Op
 }
 
 /// The stage, once the older names that are used are told of.
-fn told_of(chosen: &Chosen<'_>, input: &Input, stage: Option<Stage>) -> Option<Stage> {
-    Told::default().say(&input.name(), &chosen.older_names(input, stage.as_ref()));
+fn told_of(chosen: &SettingsChoice<'_>, input: &Input, stage: Option<Stage>) -> Option<Stage> {
+    ToldNames::default().say(&input.name(), &chosen.older_names(input, stage.as_ref()));
     stage
 }
 
@@ -185,7 +191,7 @@ fn write_png(path: &Path, (width, height): (u32, u32), renderer: &mut Renderer) 
 }
 
 /// What was measured beside the times of frames.
-struct Measured<'m> {
+struct Measurements<'m> {
     renderer: &'m Renderer,
     size: (u32, u32),
     settings: &'m Settings,
@@ -204,7 +210,7 @@ struct Measured<'m> {
     upload_ms: f64,
 }
 
-impl Measured<'_> {
+impl Measurements<'_> {
     /// Lines for people.
     fn summary(&self, name: &str, shown_ms: &[f64], first_ms: f64) -> String {
         let ((width, height), stats) = (self.size, &self.stats);

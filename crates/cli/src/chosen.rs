@@ -7,11 +7,11 @@ use crate::input::Input;
 use crate::older;
 use crate::preset::Preset;
 use crate::request::{effect_files, effect_names, program_failure, read_effect, read_text};
-use manypass::settings::{SettingsError, Written};
+use manypass::settings::{SettingInput, SettingsError};
 use manypass::shader::ProgramError;
 use manypass::{Diagnostic, EffectFile, Quality, Settings, SettingsFile, effect};
 use manypass_scene::Stage;
-use manypass_scene::renamed::{NameKind, RENAMED, Renamed, renamed};
+use manypass_scene::renamed::{NameChange, NameKind, RENAMED, renamed};
 use std::path::{Path, PathBuf};
 
 /// A flag that is a short way to a setting: its name, the key, and the value if it was given.
@@ -55,7 +55,7 @@ fn is_picture(value: &str) -> bool {
 }
 
 /// What was chosen on the command line; the file of settings is read once, because a pipe cannot be read again.
-pub struct Chosen<'a> {
+pub struct SettingsChoice<'a> {
     file: Option<SettingsFile>,
     /// The folder of that file.
     folder: &'a Path,
@@ -67,7 +67,7 @@ pub struct Chosen<'a> {
     preset: Option<Preset>,
 }
 
-impl<'a> Chosen<'a> {
+impl<'a> SettingsChoice<'a> {
     /// The choice of `render` and `graph`.
     ///
     /// # Errors
@@ -111,7 +111,7 @@ impl<'a> Chosen<'a> {
     fn layers<'l>(&'l self, stage: Option<&'l Stage>) -> Result<Vec<Layer<'l>>, Failure> {
         let here = Path::new("");
         let pairs = self.change.set.iter().filter_map(|pair| key_value(pair).ok());
-        let set: Vec<(&str, Written)> = pairs.map(|(key, value)| (key, value.into())).collect();
+        let set: Vec<(&str, SettingInput)> = pairs.map(|(key, value)| (key, value.into())).collect();
         let of_set = |key: &str| set.iter().rev().find(|(known, _)| *known == key).map(|(_, written)| written);
         if of_set("chain").is_some() && of_set("effects.chain").is_some() {
             let hint = "leave one of them out";
@@ -142,10 +142,10 @@ impl<'a> Chosen<'a> {
         let mut layers = self.layers(stage)?.into_iter();
         let of_flags = Layer { names: Vec::new(), folder: Path::new(""), file: None, kind: Kind::Usage };
         let layer = layers.next().unwrap_or(of_flags);
-        let read = |name: &str| layer.read(name, &self.given).map_err(Unread::Failure);
+        let read = |name: &str| layer.read(name, &self.given).map_err(EffectFault::Failure);
         let effects = EffectFile::chain(&layer.names, self.given.clone(), read).map_err(|unread| match unread {
-            Unread::Failure(failure) => failure,
-            Unread::Program(error) => layer.misplaced(&error, "list each effect once"),
+            EffectFault::Failure(failure) => failure,
+            EffectFault::Program(error) => layer.misplaced(&error, "list each effect once"),
         })?;
         let absent = layers.flat_map(|layer| {
             let read: Vec<_> = layer.names.iter().filter_map(|name| layer.read(name, &[]).ok()).collect();
@@ -169,7 +169,7 @@ impl<'a> Chosen<'a> {
     }
 
     /// The older names that an input, its stage, the file of settings and `--set` use; each once.
-    pub fn older_names(&self, input: &Input, stage: Option<&Stage>) -> Vec<&'static Renamed> {
+    pub fn older_names(&self, input: &Input, stage: Option<&Stage>) -> Vec<&'static NameChange> {
         let of_pair = |pair: &String| renamed(NameKind::Setting, key_value(pair).ok()?.0);
         let mut used = older::of_input(input, stage);
         used.extend(self.file.iter().flat_map(SettingsFile::older_names));
@@ -208,7 +208,7 @@ impl<'a> Chosen<'a> {
         let hints: Vec<&str> = pairs.iter().map(|(key, _)| effect_hint(key, effects)).collect();
         if let Some(file) = &self.file {
             let mut hint = "";
-            let mut set = |key: &str, written: &Written| {
+            let mut set = |key: &str, written: &SettingInput| {
                 effect::set_of_file(&mut settings, effects, key, written).inspect_err(|error| {
                     if matches!(error, SettingsError::UnknownKey { .. }) {
                         hint = effect_hint(key, effects);
@@ -224,7 +224,7 @@ impl<'a> Chosen<'a> {
         }
         effects.truncate(drawn_count);
         for ((key, value), hint) in pairs.into_iter().zip(hints) {
-            match effect::set(&mut settings, effects, key, &Written::from(value)) {
+            match effect::set(&mut settings, effects, key, &SettingInput::from(value)) {
                 // Of an effect of a stage that is still to be read.
                 Err(SettingsError::UnknownKey { .. }) if !hint.is_empty() && stage.is_none() && self.meets_stages => {}
                 result => {
@@ -295,12 +295,12 @@ impl Layer<'_> {
 }
 
 /// Why an effect of a chain is not there.
-enum Unread {
+enum EffectFault {
     Failure(Failure),
     Program(ProgramError),
 }
 
-impl From<ProgramError> for Unread {
+impl From<ProgramError> for EffectFault {
     fn from(error: ProgramError) -> Self {
         Self::Program(error)
     }
@@ -383,7 +383,7 @@ mod tests {
         let cli = Cli::try_parse_from(["manypass", "graph", "a.glb"].iter().chain(flags));
         match cli.map_err(|error| Failure::usage(error, ""))?.command {
             Command::Graph(args) => {
-                Chosen::of_frame(&args.frame)?.settings(Settings::default(), None).map(|(settings, _)| settings)
+                SettingsChoice::of_frame(&args.frame)?.settings(Settings::default(), None).map(|(settings, _)| settings)
             }
             _ => Err(Failure::usage("not graph", "")),
         }

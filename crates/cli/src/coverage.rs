@@ -27,7 +27,7 @@ const PROBES_PX: [f32; 2] = [128.0, 2048.0];
 /// If the renderer fails.
 pub fn is_empty(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Result<bool, RenderError> {
     let size_px = Vec2::new(request.width as f32, request.height as f32);
-    let projection = Projected::new(&request.camera, size_px * request.settings.render.scale);
+    let projection = PixelProjection::new(&request.camera, size_px * request.settings.render.scale);
     let surfaces: Vec<Surface> = surfaces(scene).collect();
     // A fisheye shows things elsewhere.
     let is_known = request.settings.camera.fisheye == Fisheye::None;
@@ -136,7 +136,7 @@ fn is_transparent(rgba8: &[u8]) -> bool {
 }
 
 /// Where a camera shows points.
-struct Projected {
+struct PixelProjection {
     view_from_world: Mat4,
     /// From view space at 1 m, or anywhere for parallel rays, to pixels from the middle of the picture.
     pixels_per_extent: Vec2,
@@ -146,7 +146,7 @@ struct Projected {
     is_parallel: bool,
 }
 
-impl Projected {
+impl PixelProjection {
     fn new(camera: &View, size_px: Vec2) -> Self {
         let (near_m, far_m) = match camera.projection {
             Projection::Perspective { near_m, far_m, .. } => (near_m, far_m.unwrap_or(f32::INFINITY)),
@@ -254,7 +254,7 @@ mod tests {
     fn only_solids_that_lie_whole_in_the_picture_are_certain() {
         let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
         let camera = View { world_from_view: Mat4::from_translation(Vec3::Z * 5.0), projection };
-        let projected = Projected::new(&camera, Vec2::new(64.0, 64.0));
+        let projected = PixelProjection::new(&camera, Vec2::new(64.0, 64.0));
         let seen = |min: Vec3, max: Vec3| projected.surely_shows(&Aabb { min, max });
         assert!(seen(-Vec3::ONE, Vec3::ONE));
         assert!(!seen(-Vec3::ONE, Vec3::new(1.0, 1.0, -1.0)), "thin");
@@ -268,7 +268,7 @@ mod tests {
     fn only_large_triangles_that_face_the_camera_are_certain() {
         let projection = Projection::Perspective { fov_y_rad: 1.0, near_m: 0.1, far_m: None };
         let camera = View { world_from_view: Mat4::from_translation(Vec3::Z * 5.0), projection };
-        let projected = Projected::new(&camera, Vec2::new(64.0, 64.0));
+        let projected = PixelProjection::new(&camera, Vec2::new(64.0, 64.0));
         let seen = |corners: [Vec3; 3], world_from_object: &Mat4, has_backs: bool| {
             // The first is too far away to be seen.
             let positions = [Vec3::X * 99.0; 3].into_iter().chain(corners).map(Vec3::into).collect();

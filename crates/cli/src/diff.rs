@@ -1,6 +1,6 @@
 //! `diff`: how different two pictures look, or what of two models is different.
 
-mod args;
+mod comparison;
 mod linear;
 mod models;
 mod report;
@@ -9,8 +9,7 @@ mod source;
 mod swatch;
 mod variables;
 
-pub use args::{DiffArgs, EXAMPLES};
-
+use crate::args::diff::DiffArgs;
 use crate::failure::{Failure, Kind};
 use crate::inspect::one;
 use crate::output;
@@ -18,39 +17,10 @@ use crate::pattern::is_stdout;
 use crate::places::Places;
 use crate::request::effect_files;
 use crate::session::print;
-use linear::Linear;
-use manypass_flip::{ErrorMap, Exposures, FlipError, hdr, ldr};
-use manypass_offline::decode::Light;
-use manypass_offline::{AovLayer, CameraData, atomic};
+use manypass_offline::atomic;
 use manypass_scene::formats::is_model;
-use models::{Models, Placement};
 use source::Source;
 use std::path::Path;
-use variables::Variables;
-
-/// Two pictures and how they differ.
-#[derive(Debug)]
-struct Comparison {
-    a: Source,
-    b: Source,
-    map: ErrorMap,
-    /// Of radiance alone.
-    exposures: Option<Exposures>,
-    pixels_per_degree: f32,
-    /// Of radiance alone.
-    linear: Option<Linear>,
-    /// Of models alone.
-    models: Option<Compared>,
-}
-
-/// How two models differ.
-#[derive(Debug)]
-struct Compared {
-    layers: [Vec<AovLayer>; 2],
-    camera: CameraData,
-    placement: Placement,
-    variables: Variables,
-}
 
 /// Runs `diff`.
 ///
@@ -63,10 +33,10 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
         places(args, are_models)?.write(path)?;
     }
     let comparison = if are_models {
-        compare_models(models::draw(args)?, args.pixels_per_degree)?
+        comparison::drawn(models::draw(args)?, args.pixels_per_degree)?
     } else {
         let (a, b) = (Path::new(&args.a), Path::new(&args.b));
-        compare(Source::read(a)?, Source::read(b)?, args.pixels_per_degree)?
+        comparison::pictures(Source::read(a)?, Source::read(b)?, args.pixels_per_degree)?
     };
     if let Some(path) = &args.output {
         output::write_file(path, &sheet::png(&comparison)?)?;
@@ -83,37 +53,6 @@ pub fn diff(args: &DiffArgs) -> Result<(), Failure> {
             Err(Failure::new(Kind::Different, message, hint))
         }
     }
-}
-
-fn compare(a: Source, b: Source, pixels_per_degree: f32) -> Result<Comparison, Failure> {
-    if a.light != b.light {
-        let is = |light| if light == Light::Scene { "holds radiance" } else { "is for a display" };
-        let message = format!("{} {}, but {} {}", a.name, is(a.light), b.name, is(b.light));
-        return Err(Failure::usage(message, "compare EXR with EXR, or write both as PNG"));
-    }
-    let (size_a, size_b) = (a.picture.size(), b.picture.size());
-    if size_a != size_b {
-        let sized = |name: &str, (width, height): (usize, usize)| format!("{name} has {width}x{height} pixels");
-        let message = format!("{}, but {}", sized(&a.name, size_a), sized(&b.name, size_b));
-        return Err(Failure::usage(message, "render or scale both to one size; nothing is scaled here"));
-    }
-    let failed = |error: FlipError| Failure::usage(error, "see `manypass diff --help`");
-    let linear = (a.light == Light::Scene).then(|| Linear::of(&a, &b));
-    let (map, exposures) = match a.light {
-        Light::Display => (ldr(&a.picture, &b.picture, pixels_per_degree).map_err(failed)?, None),
-        Light::Scene => {
-            let (map, exposures) = hdr(&a.picture, &b.picture, pixels_per_degree).map_err(failed)?;
-            (map, Some(exposures))
-        }
-    };
-    Ok(Comparison { a, b, map, exposures, pixels_per_degree, linear, models: None })
-}
-
-fn compare_models(models: Models, pixels_per_degree: f32) -> Result<Comparison, Failure> {
-    let variables = variables::compare(&models);
-    let Models { a, b, layers, camera, placement, .. } = models;
-    let compared = Compared { layers, camera, placement, variables };
-    Ok(Comparison { models: Some(compared), ..compare(a, b, pixels_per_degree)? })
 }
 
 /// Whether two models are compared, and not two pictures.

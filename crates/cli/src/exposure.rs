@@ -8,12 +8,12 @@ use serde_json::{Value, json};
 
 /// The exposure of all pictures of an input.
 #[derive(Clone, Copy, Debug)]
-pub struct Taken {
+pub struct InputExposure {
     exposure: Exposure,
     metering: Option<Metering>,
 }
 
-impl Taken {
+impl InputExposure {
     /// What settings ask for, or else the scene; metered through `request` where that decides anything. The scene is
     /// in its pose at time 0, and the request's camera has not turned.
     ///

@@ -1,15 +1,15 @@
 //! `graph`: the passes of a frame, without drawing it for anybody.
 
 use crate::args::{FrameArgs, GraphArgs, GraphFormat};
-use crate::chosen::Chosen;
+use crate::chosen::SettingsChoice;
 use crate::failure::{Failure, say};
-use crate::input::Opened;
+use crate::input::InputScene;
 use crate::inspect::one;
-use crate::older::Told;
+use crate::older::ToldNames;
 use crate::request::effects;
 use crate::session::{self, list, still_failure};
 use crate::surroundings::Surroundings;
-use crate::{camera, job, looks, scenes, table};
+use crate::{camera, job, looks, scenes, size, table};
 use manypass::gpu::Floor;
 use manypass::{EffectFile, FrameRequest, Gpu, Plan, RenderError, Renderer, Settings, View};
 use manypass_offline::still::{aov_named, aov_names};
@@ -21,13 +21,13 @@ use manypass_scene::{Framing, Scene};
 /// Wrong usage, an input that cannot be read, no adapter, or a frame that cannot be planned.
 pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     let input = one(&args.input)?;
-    let chosen = Chosen::of_frame(&args.frame)?.meeting_stages(input.has_settings());
+    let chosen = SettingsChoice::of_frame(&args.frame)?.meeting_stages(input.has_settings());
     let (settings, files) = chosen.settings(Settings::default(), None)?;
-    job::size(&args.frame.size)?;
+    size::parse(&args.frame.size)?;
     job::camera(&args.frame)?;
     let aovs = job::aovs(args.frame.aov.as_deref(), &aov_names())?;
     job::check_aovs(!aovs.is_empty(), &settings)?;
-    let Opened { mut scene, mut warnings, stage } = input.load()?;
+    let InputScene { mut scene, mut warnings, stage } = input.load()?;
     let (mut settings, files) = match &stage {
         None => (settings, files),
         stage => chosen.settings(Settings::default(), stage.as_ref())?,
@@ -53,7 +53,7 @@ pub fn graph(args: &GraphArgs) -> Result<(), Failure> {
     let plan = plan(&mut renderer, &scene, &args.frame, settings, files, &aovs)?;
     warnings.extend(renderer.warnings());
     warnings.iter().for_each(|warning| say(format_args!("warning: {}: {warning}", input.name())));
-    Told::default().say(&input.name(), &chosen.older_names(&input, stage.as_ref()));
+    ToldNames::default().say(&input.name(), &chosen.older_names(&input, stage.as_ref()));
     let text = match args.format {
         GraphFormat::Text => plan.to_text(),
         GraphFormat::Table => table::of_plan(&plan),
@@ -71,7 +71,7 @@ fn plan(
     files: Vec<EffectFile>,
     aovs: &[String],
 ) -> Result<Plan, Failure> {
-    let (width, height) = job::size(&args.size)?;
+    let (width, height) = size::parse(&args.size)?;
     renderer.limit_textures(settings.textures.max_px);
     renderer.load(scene).map_err(failed)?;
     let aspect = width as f32 / height as f32;

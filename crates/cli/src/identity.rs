@@ -21,12 +21,12 @@ fn file_id(_: &fs::Metadata) -> Option<FileId> {
 
 /// Files by place and by identity, each with what it is.
 #[derive(Debug, Default)]
-pub struct Known {
+pub struct KnownFiles {
     by_path: BTreeMap<PathBuf, String>,
     by_id: BTreeMap<FileId, String>,
 }
 
-impl Known {
+impl KnownFiles {
     /// What the file at `place` is, if it is known by its path or its identity.
     pub fn get(&self, place: &Place) -> Option<&str> {
         let by_id = place.id.and_then(|id| self.by_id.get(&id));

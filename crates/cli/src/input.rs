@@ -1,7 +1,7 @@
 //! Inputs: files, folders, standard input and the built-in demos.
 
 use crate::failure::{Failure, Kind};
-use crate::{gather, stage};
+use crate::{model_files, stage};
 use manypass_offline::atomic;
 use manypass_scene::renamed::{NameKind, current};
 use manypass_scene::stage::is_stage;
@@ -23,7 +23,7 @@ pub enum Input {
 
 /// What an input holds.
 #[derive(Debug)]
-pub struct Opened {
+pub struct InputScene {
     /// The scene, its transforms up to date.
     pub scene: Scene,
     /// What its reader warns of.
@@ -68,7 +68,7 @@ impl Input {
         if !path.is_dir() {
             return Ok(vec![Self::File(path.to_owned())]);
         }
-        let files = gather::in_folder(path, false, &mut Vec::new())?;
+        let files = model_files::in_folder(path, false, &mut Vec::new())?;
         Ok(files.into_iter().map(Self::File).collect())
     }
 
@@ -99,7 +99,7 @@ impl Input {
     ///
     /// # Errors
     /// If it cannot be read.
-    pub fn load(&self) -> Result<Opened, Failure> {
+    pub fn load(&self) -> Result<InputScene, Failure> {
         let failed = |error: &dyn std::fmt::Display, hint: &str| {
             Failure::new(Kind::Failed, format!("{}: {error}", self.name()), hint)
         };
@@ -108,7 +108,7 @@ impl Input {
         let loaded = match self {
             Self::File(path) if is_stage(path) => {
                 let loaded = stage::load(path)?;
-                return Ok(Opened { scene: loaded.scene, warnings: loaded.warnings, stage: Some(loaded.stage) });
+                return Ok(InputScene { scene: loaded.scene, warnings: loaded.warnings, stage: Some(loaded.stage) });
             }
             Self::File(path) if std::fs::metadata(path).is_ok_and(|file| file.is_file() && file.len() == 0) => {
                 return Err(failed(&"the file is empty", "export the model again, or name another file"));
@@ -120,7 +120,7 @@ impl Input {
             Self::File(path) => load_path(path).map_err(|error| unread(&error))?,
             Self::Stdin => {
                 let mut bytes = Vec::new();
-                let _waiting = atomic::Waiting::begin();
+                let _waiting = atomic::WaitGuard::begin();
                 let mut stdin = std::io::stdin().lock().take(gltf_file::MAX_FILE_BYTES + 1);
                 stdin
                     .read_to_end(&mut bytes)
@@ -137,11 +137,11 @@ impl Input {
             Self::Demo(name) => {
                 let mut scene = demo::named(name).ok_or_else(|| failed(&"unknown demo", "see `manypass --help`"))?;
                 scene.update_transforms();
-                return Ok(Opened { scene, warnings: Vec::new(), stage: demo::stage(name) });
+                return Ok(InputScene { scene, warnings: Vec::new(), stage: demo::stage(name) });
             }
         };
         let mut scene = loaded.scene;
         scene.update_transforms();
-        Ok(Opened { scene, warnings: loaded.warnings, stage: None })
+        Ok(InputScene { scene, warnings: loaded.warnings, stage: None })
     }
 }

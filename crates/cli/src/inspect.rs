@@ -2,9 +2,9 @@
 
 use crate::camera::{self, CameraSpec, DEFAULT_ORBIT, Place};
 use crate::failure::Failure;
-use crate::input::{Input, Opened};
+use crate::input::{Input, InputScene};
 use crate::memory;
-use crate::older::{self, Told};
+use crate::older::{self, ToldNames};
 use crate::scenes;
 use crate::session::{self, list};
 use glam::Vec3;
@@ -83,8 +83,8 @@ pub fn adapters(as_json: bool) -> Result<(), Failure> {
 /// An input that cannot be read.
 pub fn info(argument: &OsStr, scene: Option<&str>, as_json: bool) -> Result<(), Failure> {
     let input = one(argument)?;
-    let Opened { scene: mut loaded, mut warnings, stage } = input.load()?;
-    Told::default().say(&input.name(), &older::of_input(&input, stage.as_ref()));
+    let InputScene { scene: mut loaded, mut warnings, stage } = input.load()?;
+    ToldNames::default().say(&input.name(), &older::of_input(&input, stage.as_ref()));
     scenes::show(&mut loaded, scene, &mut warnings)?;
     // As `render` draws it.
     let has_moved = loaded.bring_near();

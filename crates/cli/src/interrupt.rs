@@ -1,7 +1,6 @@
 //! Signals: the user says stop, and limits that must become errors.
 
-use crate::failure::{Failure, say};
-use crate::session::still_failure;
+use crate::failure::{Failure, Kind, say};
 use manypass_offline::atomic;
 use manypass_offline::still::StillError;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,9 +13,9 @@ pub static STOP: AtomicBool = AtomicBool::new(false);
 /// Fails once the user has said stop.
 ///
 /// # Errors
-/// [`crate::failure::Kind::Interrupted`].
+/// [`Kind::Interrupted`].
 pub fn check() -> Result<(), Failure> {
-    if STOP.load(Ordering::SeqCst) { Err(still_failure(&StillError::Stopped)) } else { Ok(()) }
+    if STOP.load(Ordering::SeqCst) { Err(failure()) } else { Ok(()) }
 }
 
 /// How long what is being read or drawn may take to end by itself once the user has said stop.
@@ -34,9 +33,10 @@ const _: () = assert!(GRACE.as_millis() + GRACE_TO_REPORT.as_millis() + TIME_TO_
 /// Raised once the program has noticed that the user has said stop, and ends by itself.
 static IS_ENDING: AtomicBool = AtomicBool::new(false);
 
-/// Says that the program ends by itself.
-pub fn notice() {
+/// What the user's stop means; from now on the program ends by itself.
+pub fn failure() -> Failure {
     IS_ENDING.store(true, Ordering::SeqCst);
+    Failure::new(Kind::Interrupted, StillError::Stopped, "run it again with --skip-existing")
 }
 
 /// Whether somebody says already how the program ends.
@@ -81,7 +81,7 @@ fn stop_after_grace() {
 
 /// Ends the program, and leaves no file half written.
 fn stop_now() -> ! {
-    let failure = still_failure(&StillError::Stopped);
+    let failure = failure();
     let code = i32::from(failure.code());
     if says_the_end() {
         // Standard error may be a pipe that is full.

@@ -3,17 +3,20 @@
 use crate::args::{FrameArgs, RenderArgs};
 use crate::camera::CameraSpec;
 use crate::failure::Failure;
-use crate::looks::{self, Look, Several};
-use crate::pattern::{self, Output, Pattern};
+use crate::looks::{self, Look, PictureAxes};
+use crate::pattern::Pattern;
+use crate::size;
 use crate::views::{self, Views};
 use manypass::{Background, Fisheye, Settings, SettingsError};
 use manypass_offline::{Container, ExrCompression, Format, atomic};
 use std::path::{Path, PathBuf};
 
 mod camera;
+mod output;
+mod stream;
 
-/// The longest side of a picture in pixels: the largest texture that common adapters offer.
-pub const LARGEST_SIDE_PX: u32 = 16384;
+pub use output::Output;
+pub use stream::StreamPlace;
 
 /// A checked `render`.
 #[derive(Debug)]
@@ -25,7 +28,7 @@ pub struct Job {
     /// The camera and the variant, as far as they are known without the file.
     pub look: Look,
     /// What one input has several pictures by.
-    pub several: Several,
+    pub several: PictureAxes,
     /// The kind of file.
     pub format: Format,
     /// How the pixels of .exr are packed.
@@ -52,17 +55,17 @@ impl Job {
     /// # Errors
     /// Wrong usage.
     pub fn new(args: &RenderArgs, several: bool, aov_names: &[&str]) -> Result<Self, Failure> {
-        let (width, height) = size(&args.frame.size)?;
+        let (width, height) = size::parse(&args.frame.size)?;
         let frames = match (&args.frames, args.turntable) {
             (Some(text), _) => Some(frame_range(text)?),
             (None, Some(count)) => Some((0, count.saturating_sub(1))),
             (None, None) => None,
         };
-        let looks = Several::looks(&args.frame);
+        let looks = PictureAxes::looks(&args.frame);
         let cameras = looks.cameras || args.cameras.is_some();
-        let of_one = Several { cameras, frames: frames.is_some(), ..looks };
+        let of_one = PictureAxes { cameras, frames: frames.is_some(), ..looks };
         let frame_count = frames.map_or(1, |(a, b)| u64::from(b - a) + 1);
-        let (format, output) = pattern::output(args, several || of_one.has_looks() || frame_count > 1, of_one)?;
+        let (format, output) = output::of_args(args, several || of_one.has_looks() || frame_count > 1, of_one)?;
         let pattern = |flag: &str, path: &Option<PathBuf>| {
             path.as_ref().map(|path| Pattern::of_flag(flag, path, of_one, &args.frame)).transpose()
         };
@@ -198,18 +201,6 @@ fn check_numbers(args: &RenderArgs) -> Result<(), Failure> {
         return Err(Failure::usage("a contact sheet is a .png file", "write --contact-sheet FILE.png"));
     }
     Ok(())
-}
-
-/// `WxH`, with a small or large letter or the sign of multiplication.
-pub fn size(text: &str) -> Result<(u32, u32), Failure> {
-    let parsed = text.split_once(['x', 'X', '×']).and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    match parsed {
-        Some((w, h)) if (1..=LARGEST_SIDE_PX).contains(&w) && (1..=LARGEST_SIDE_PX).contains(&h) => Ok((w, h)),
-        _ => Err(Failure::usage(
-            format!("`{text}` is not a size"),
-            format!("write --size WIDTHxHEIGHT, each from 1 to {LARGEST_SIDE_PX}"),
-        )),
-    }
 }
 
 fn frame_range(text: &str) -> Result<(u32, u32), Failure> {

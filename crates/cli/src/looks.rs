@@ -37,7 +37,7 @@ pub struct Subject<'a> {
 
 /// What one input has several pictures by.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Several {
+pub struct PictureAxes {
     /// Every variant of the file.
     pub variants: bool,
     /// Every camera of the file, or of `--cameras`.
@@ -46,7 +46,7 @@ pub struct Several {
     pub frames: bool,
 }
 
-impl Several {
+impl PictureAxes {
     /// What `args` ask for, but for frames.
     pub fn looks(args: &FrameArgs) -> Self {
         let is_all = |name: &Option<String>| name.as_deref() == Some(ALL);
@@ -69,10 +69,10 @@ impl Several {
 /// # Errors
 /// Wrong usage.
 pub fn refuse_all(args: &FrameArgs) -> Result<(), Failure> {
-    let several = Several::looks(args);
+    let several = PictureAxes::looks(args);
     let flag = match several {
-        Several { variants: true, .. } => "--variant",
-        Several { cameras: true, .. } => "--camera",
+        PictureAxes { variants: true, .. } => "--variant",
+        PictureAxes { cameras: true, .. } => "--camera",
         _ => return Ok(()),
     };
     Err(Failure::usage(format!("`{flag} all` is only for `manypass render`"), format!("name one: {flag} NAME|INDEX")))
@@ -97,7 +97,7 @@ pub fn of_scene(
     views: &[(CameraSpec, String)],
     warnings: &mut Vec<String>,
 ) -> Result<Vec<Look>, Failure> {
-    let several = Several::looks(args);
+    let several = PictureAxes::looks(args);
     let typed = typed(args, camera);
     let variants: Vec<(Option<usize>, String)> = if several.variants {
         let names = distinct(scene.variants.iter().map(String::as_str).enumerate());

@@ -27,6 +27,7 @@ mod job;
 mod listing;
 mod looks;
 mod memory;
+mod model_files;
 mod older;
 mod one_tone;
 mod output;
@@ -42,6 +43,7 @@ mod scenes;
 mod session;
 mod settings;
 mod shot;
+mod size;
 #[cfg(test)]
 mod snippets;
 mod stage;

@@ -2,17 +2,16 @@
 
 use crate::failure::Failure;
 use crate::interrupt;
-use crate::job::Job;
+use crate::job::{Job, Output, StreamPlace};
 use crate::looks::{Subject, safe_name};
-use crate::pattern::{Output, Pattern};
-use crate::places::is_pass_picture;
+use crate::pattern::Pattern;
 use crate::session::{output_failure, write_failure};
-use crate::stream::StreamPlace;
 use manypass::PassPicture;
 use manypass_offline::atomic::AtomicFile;
 use manypass_offline::sheet::{self, contact_sheet};
 use manypass_offline::{Format, encode, picture_end};
 use manypass_scene::input_file;
+use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -32,6 +31,13 @@ pub fn files(job: &Job, subject: Subject<'_>) -> Option<(PathBuf, Vec<PathBuf>)>
 pub fn shown(job: &Job, files: Option<&(PathBuf, Vec<PathBuf>)>) -> String {
     let of_stream = || job.output.stream().map_or("-".into(), StreamPlace::shown);
     files.map_or_else(of_stream, |(target, _)| target.display().to_string())
+}
+
+/// Whether a name is one that `--dump-passes` may give: `NN-NAME.png`.
+pub fn is_pass_picture(name: &OsStr) -> bool {
+    let name = name.to_string_lossy();
+    let (number, rest) = name.split_once('-').unwrap_or_default();
+    number.len() >= 2 && number.bytes().all(|digit| digit.is_ascii_digit()) && rest.ends_with(".png")
 }
 
 /// Whether a picture is there to its end. One that was cut off while it was copied is drawn again.
@@ -106,4 +112,16 @@ pub fn write_file(path: &Path, bytes: &[u8]) -> Result<(), Failure> {
     let mut file = begin(path)?;
     file.write(bytes).map_err(write_failure)?;
     file.commit().map_err(write_failure)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_passes_have_a_number() {
+        for (name, expected) in [("01-a.png", true), ("100-b.c.png", true), ("1-a.png", false), ("a-b.png", false)] {
+            assert_eq!(is_pass_picture(OsStr::new(name)), expected, "{name}");
+        }
+    }
 }

@@ -1,10 +1,8 @@
-//! Where pictures go: the pattern of `--output`, and the file of one picture.
+//! Paths with placeholders: the pattern of `--output`, and the file of one picture.
 
-use crate::args::{FrameArgs, RenderArgs};
+use crate::args::FrameArgs;
 use crate::failure::Failure;
-use crate::looks::{Several, Subject};
-use crate::stream::StreamPlace;
-use manypass_offline::{Container, Format, atomic};
+use crate::looks::{PictureAxes, Subject};
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
@@ -17,47 +15,15 @@ const NAMES: [&str; 6] = ["parent", "stem", "variant", "camera", "frame", "aov"]
 /// The most digits of `{frame:0N}`.
 const MOST_DIGITS: usize = 32;
 
-/// Where pictures go.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Output {
-    /// Standard output, of one picture.
-    Stdout,
-    /// A file a picture; or one device or pipe for all.
-    Pattern(Pattern),
-    /// One stream of all pictures.
-    Stream(StreamPlace),
-}
-
-impl Output {
-    /// The stream, if it is one.
-    pub fn stream(&self) -> Option<&StreamPlace> {
-        if let Self::Stream(place) = self { Some(place) } else { None }
-    }
-
-    /// The kind of the stream, if it is one.
-    pub fn container(&self) -> Option<Container> {
-        self.stream().map(|place| place.container)
-    }
-
-    /// Whether it is standard output.
-    pub fn is_stdout(&self) -> bool {
-        match self {
-            Self::Stdout => true,
-            Self::Pattern(_) => false,
-            Self::Stream(place) => place.path.is_none(),
-        }
-    }
-}
-
 /// A path with placeholders.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pattern {
     text: String,
-    parts: Vec<Part>,
+    parts: Vec<PatternPart>,
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
-enum Part {
+enum PatternPart {
     Text(String),
     Parent,
     Stem,
@@ -67,7 +33,7 @@ enum Part {
     Aov,
 }
 
-impl Part {
+impl PatternPart {
     fn placeholder(name: &str) -> Option<Self> {
         match name {
             "parent" => Some(Self::Parent),
@@ -101,16 +67,16 @@ impl Pattern {
                 }
                 break;
             };
-            let part = Part::placeholder(name).ok_or_else(|| {
+            let part = PatternPart::placeholder(name).ok_or_else(|| {
                 Failure::usage(
                     format!("unknown placeholder `{{{name}}}` in `{text}`"),
                     format!("known: {PLACEHOLDERS}"),
                 )
             })?;
-            parts.extend([Part::Text(before.to_owned()), part]);
+            parts.extend([PatternPart::Text(before.to_owned()), part]);
             rest = after;
         }
-        parts.push(Part::Text(rest.to_owned()));
+        parts.push(PatternPart::Text(rest.to_owned()));
         Ok(Self { text: text.to_owned(), parts })
     }
 
@@ -118,14 +84,14 @@ impl Pattern {
     ///
     /// # Errors
     /// As [`Self::new`].
-    fn in_folder(folder: &str, name: &str) -> Result<Self, Failure> {
+    pub fn in_folder(folder: &str, name: &str) -> Result<Self, Failure> {
         let (folder, name) = (Self::new(folder.trim_end_matches('/'))?, Self::new(&format!("/{name}"))?);
         Ok(Self { text: folder.text + &name.text, parts: [folder.parts, name.parts].concat() })
     }
 
     /// The path that `text` is, whatever it holds.
-    fn literal(text: &str) -> Self {
-        Self { text: text.to_owned(), parts: vec![Part::Text(text.to_owned())] }
+    pub fn literal(text: &str) -> Self {
+        Self { text: text.to_owned(), parts: vec![PatternPart::Text(text.to_owned())] }
     }
 
     /// The pattern of a flag that makes one file or folder a picture.
@@ -133,13 +99,13 @@ impl Pattern {
     /// # Errors
     /// As [`Self::new`], and wrong usage if the pattern does not tell the pictures of one input apart: not even one
     /// frame, because another call may render the next one; or if it names a variant or a camera and no flag does.
-    pub fn of_flag(flag: &str, path: &Path, several: Several, frame: &FrameArgs) -> Result<Self, Failure> {
+    pub fn of_flag(flag: &str, path: &Path, several: PictureAxes, frame: &FrameArgs) -> Result<Self, Failure> {
         let text = path.to_string_lossy();
         let pattern = Self::new(&text)?;
-        let holds = |kind: fn(&Part) -> bool| pattern.parts.iter().any(kind);
-        let of_frame = holds(|part| matches!(part, Part::Frame { .. }));
-        let of_variant = holds(|part| *part == Part::Variant);
-        let of_camera = holds(|part| *part == Part::Camera);
+        let holds = |kind: fn(&PatternPart) -> bool| pattern.parts.iter().any(kind);
+        let of_frame = holds(|part| matches!(part, PatternPart::Frame { .. }));
+        let of_variant = holds(|part| *part == PatternPart::Variant);
+        let of_camera = holds(|part| *part == PatternPart::Camera);
         let missing = [
             (several.variants && !of_variant, "variants", "{variant}"),
             (several.cameras && !of_camera, "cameras", "{camera}"),
@@ -173,13 +139,13 @@ impl Pattern {
         let mut text = String::new();
         for part in &self.parts {
             match part {
-                Part::Text(literal) => text.push_str(literal),
-                Part::Parent => text.push_str(&names.parent),
-                Part::Stem => text.push_str(&names.stem),
-                Part::Variant => text.push_str(&shortened(&look.variant_name)),
-                Part::Camera => text.push_str(&shortened(&look.camera_name)),
-                Part::Frame { digits } => text.push_str(&format!("{frame:0digits$}")),
-                Part::Aov => text.push_str(aov),
+                PatternPart::Text(literal) => text.push_str(literal),
+                PatternPart::Parent => text.push_str(&names.parent),
+                PatternPart::Stem => text.push_str(&names.stem),
+                PatternPart::Variant => text.push_str(&shortened(&look.variant_name)),
+                PatternPart::Camera => text.push_str(&shortened(&look.camera_name)),
+                PatternPart::Frame { digits } => text.push_str(&format!("{frame:0digits$}")),
+                PatternPart::Aov => text.push_str(aov),
             }
         }
         PathBuf::from(text)
@@ -212,7 +178,7 @@ const INPUT_ENDINGS: [&str; 12] =
 pub fn has_placeholders(path: &Path) -> bool {
     let text = path.to_string_lossy();
     let mut names = text.split('{').skip(1).filter_map(|rest| rest.split_once('}'));
-    names.any(|(name, _)| Part::placeholder(name).is_some())
+    names.any(|(name, _)| PatternPart::placeholder(name).is_some())
 }
 
 /// Whether a path is another name of standard output.
@@ -221,7 +187,7 @@ pub fn is_stdout(path: &Path) -> bool {
 }
 
 /// The names of pictures where none are given, without an ending.
-pub fn default_name(several: Several) -> String {
+pub fn default_name(several: PictureAxes) -> String {
     let of_variants = if several.variants { "_{variant}" } else { "" };
     let of_cameras = if several.cameras { "_{camera}" } else { "" };
     let of_frames = if several.frames { "_{frame:04}" } else { "" };
@@ -240,124 +206,11 @@ pub fn refuse_input_ending(out: &str, extension: &str) -> Result<(), Failure> {
     Ok(())
 }
 
-/// Refuses what scripts write whose variable is empty: one would be a picture in the root, the other a hidden folder.
-///
-/// # Errors
-/// Wrong usage.
-fn refuse_no_name(out: &str) -> Result<(), Failure> {
-    let is_known = |end: &str| Format::from_extension(end).is_some() || Container::from_extension(end).is_some();
-    if out.is_empty() || out.strip_prefix('.').is_some_and(is_known) {
-        let hint = "name a file, such as -o picture.png, or a folder: -o DIR/";
-        return Err(Failure::usage(format!("`{out}` is not the name of an output"), hint));
-    }
-    Ok(())
-}
-
-/// What `--format` takes, for messages.
-const FORMATS: &str = "formats: png, jpg, webp, exr; y4m, npz and tar for all pictures in one stream";
-
-/// What standard output takes.
-const FORMAT_HINT: &str = "add --format png; for several pictures --format y4m, npz or tar";
-
-/// What takes several pictures.
-const SEVERAL_HINT: &str =
-    "for several add --format y4m (video), npz (arrays) or tar (files); or write to a folder: -o DIR/";
-
-/// The format and the place of pictures. `are_several` says that there is, or may be, more than one, `several` by what
-/// one input has several.
-///
-/// # Errors
-/// Wrong usage.
-pub fn output(args: &RenderArgs, are_several: bool, several: Several) -> Result<(Format, Output), Failure> {
-    if let Some(report) = args.report.as_deref().filter(|path| has_placeholders(path)) {
-        let message = format!("--report {} has a placeholder, but is one file for the whole call", report.display());
-        return Err(Failure::usage(message, "name one file, for example report.jsonl; every picture is a line of it"));
-    }
-    args.output.as_deref().map_or(Ok(()), refuse_no_name)?;
-    if let Some(place) = StreamPlace::asked(args, several)? {
-        return Ok((place.format, Output::Stream(place)));
-    }
-    let unknown = |text: &str| Failure::usage(format!("unknown format `{text}`"), FORMATS);
-    let asked =
-        args.format.as_deref().map(|text| Format::from_extension(text).ok_or_else(|| unknown(text))).transpose()?;
-    let default_name = default_name(several);
-    let format = asked.unwrap_or(Format::Png);
-    let Some(out) = args.output.as_deref() else {
-        return Ok((format, Output::Pattern(Pattern::new(&format!("{default_name}.{}", format.extension()))?)));
-    };
-    let path = Path::new(out);
-    if is_stdout(path) {
-        let format = asked.ok_or_else(|| Failure::usage("standard output has no format", FORMAT_HINT))?;
-        if are_several {
-            return Err(Failure::usage(
-                format!("standard output takes one picture as {}", format.extension()),
-                SEVERAL_HINT,
-            ));
-        }
-        if args.report.as_deref().is_some_and(is_stdout) {
-            return Err(Failure::usage("standard output takes the picture or the report", "write one to a file"));
-        }
-        return Ok((format, Output::Stdout));
-    }
-    let extension = path.extension().and_then(|e| e.to_str());
-    if atomic::is_in_place(path) {
-        let named = extension.and_then(Format::from_extension);
-        return Ok((asked.or(named).unwrap_or(format), Output::Pattern(Pattern::literal(out))));
-    }
-    match extension.filter(|_| !out.ends_with('/') && !path.is_dir()) {
-        None => {
-            let name = format!("{default_name}.{}", format.extension());
-            Ok((format, Output::Pattern(Pattern::in_folder(out, &name)?)))
-        }
-        Some(extension) => {
-            let named = Format::from_extension(extension);
-            if let (Some(asked), Some(named)) = (asked, named)
-                && asked != named
-            {
-                let message = format!("--format {} and `{out}` disagree", asked.extension());
-                return Err(Failure::usage(message, "leave --format out, or give the file another ending"));
-            }
-            refuse_input_ending(out, extension)?;
-            // An ending that says nothing is a name like any other where the format is given.
-            let format = asked.or(named).ok_or_else(|| {
-                let hint = format!("{FORMATS}; add --format for another ending, or name a folder: {out}/");
-                Failure::usage(format!("unknown format `{extension}`"), hint)
-            })?;
-            Ok((format, Output::Pattern(Pattern::of_flag("-o", path, several, &args.frame)?)))
-        }
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::gather::Names;
     use crate::looks::Look;
-
-    #[test]
-    fn a_format_that_is_given_takes_any_ending_that_is_no_other_format() {
-        use crate::args::{Cli, Command};
-        use clap::Parser as _;
-        let output = |words: &[&str]| {
-            let words = [&["manypass", "render", "a.glb"], words].concat();
-            let Command::Render(args) = Cli::try_parse_from(words).expect("arguments").command else { panic!() };
-            output(&args, false, Several::default())
-        };
-        for format in ["png", "jpg", "webp", "exr"] {
-            let (found, place) = output(&["-o", "x.foo", "--format", format]).expect(format);
-            assert_eq!((found.extension(), place), (format, Output::Pattern(Pattern::literal("x.foo"))));
-            let failure = output(&["-o", if format == "png" { "x.jpg" } else { "x.png" }, "--format", format]);
-            assert!(failure.expect_err(format).message.contains("disagree"), "{format}");
-        }
-        for name in ["other.glb", "a/Other.GLTF", "own_pass.wgsl", "settings.toml", "buffer.bin", "part.STL"] {
-            let failure = output(&["-o", name, "--format", "png"]).expect_err(name);
-            assert!(failure.code() == 2 && failure.message.contains("as an input"), "{failure:?}");
-        }
-        let (found, _) = output(&["-o", "x.JPEG", "--format", "jpg"]).expect("the same format");
-        assert_eq!(found, Format::Jpg);
-        let failure = output(&["-o", "x.foo"]).expect_err("no format");
-        assert!(failure.hint.contains("--format") && failure.hint.contains("x.foo/"), "{failure:?}");
-    }
 
     #[test]
     fn placeholders_are_filled_in_and_others_refused() {

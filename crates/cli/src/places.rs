@@ -3,11 +3,11 @@
 use crate::args::{FrameArgs, RenderArgs};
 use crate::failure::Failure;
 use crate::gather::Item;
-use crate::identity::{Known, Lookup, Place, is_file};
+use crate::identity::{KnownFiles, Lookup, Place, is_file};
 use crate::input::Input;
 use crate::job::Job;
 use crate::looks::Subject;
-use crate::output;
+use crate::output::{self, is_pass_picture};
 use crate::pattern::is_stdout;
 use manypass::EffectFile;
 use manypass_offline::atomic;
@@ -15,7 +15,6 @@ use manypass_scene::environment::prefiltered_files;
 use manypass_scene::formats;
 use manypass_scene::stage::{is_stage, named_effects, named_environments, named_images, named_model};
 use std::collections::BTreeSet;
-use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -26,8 +25,8 @@ const CHECKED_AT_START: u64 = 20_000;
 /// What a call reads and writes.
 #[derive(Debug, Default)]
 pub struct Places {
-    reads: Known,
-    writes: Known,
+    reads: KnownFiles,
+    writes: KnownFiles,
     /// Folders that `--dump-passes` fills.
     dumps: BTreeSet<PathBuf>,
     /// Folders in which another output has a name as `--dump-passes` gives them.
@@ -275,13 +274,6 @@ impl Places {
     }
 }
 
-/// Whether a name is one that `--dump-passes` may give: `NN-NAME.png`.
-pub fn is_pass_picture(name: &OsStr) -> bool {
-    let name = name.to_string_lossy();
-    let (number, rest) = name.split_once('-').unwrap_or_default();
-    number.len() >= 2 && number.bytes().all(|digit| digit.is_ascii_digit()) && rest.ends_with(".png")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -329,13 +321,6 @@ mod tests {
             places.check(1, &job, Subject { names: &names, look: &job.look, frame }).expect("free");
             let written = places.write(&PathBuf::from(format!("out/gone_{frame}.png")));
             assert_eq!(written.is_err(), is_checked_now, "{frame}");
-        }
-    }
-
-    #[test]
-    fn names_of_passes_have_a_number() {
-        for (name, expected) in [("01-a.png", true), ("100-b.c.png", true), ("1-a.png", false), ("a-b.png", false)] {
-            assert_eq!(is_pass_picture(OsStr::new(name)), expected, "{name}");
         }
     }
 }

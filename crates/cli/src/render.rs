@@ -1,5 +1,6 @@
 //! `render`: pictures of one or more inputs.
 
+mod batch;
 mod live_probes;
 mod load;
 mod picture;
@@ -7,63 +8,29 @@ mod simulate;
 
 use crate::ahead::ReadAhead;
 use crate::args::RenderArgs;
-use crate::chosen::Chosen;
-use crate::failure::{self, Failure, Kind, say, shown};
+use crate::chosen::SettingsChoice;
+use crate::failure::{self, Failure, shown};
 use crate::gather::{Inputs, Item};
 use crate::interrupt;
 use crate::job::Job;
 use crate::looks::Subject;
 use crate::memory;
-use crate::older::Told;
+use crate::older::ToldNames;
 use crate::output;
 use crate::places::Places;
 use crate::report::{Phases, Report};
 use crate::request::{effect_warnings, effects};
-use crate::session::{self, ms_since, still_failure};
+use crate::session::{self, ms_since};
 use crate::stream;
 use crate::surroundings::{self, Surroundings};
 use crate::tally::Tally;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
-use load::Loaded;
-use manypass::{Effect, EffectFile, RenderError, Renderer, Settings};
+use batch::{Batch, progress_bar};
+use load::LoadedInput;
+use manypass::Settings;
 use manypass_offline::Stream;
 use manypass_offline::still::aov_names;
-use std::io::IsTerminal;
 use std::mem::ManuallyDrop;
-use std::sync::Arc;
 use std::time::Instant;
-
-/// What the pictures of one `render` share.
-struct Batch<'a> {
-    args: &'a RenderArgs,
-    job: &'a Job,
-    chosen: &'a Chosen<'a>,
-    /// Of inputs that bring none.
-    plain_settings: &'a Settings,
-    /// Of the input that was read last.
-    settings: Settings,
-    /// Never dropped: the process ends with it, and the system takes back at once what would be given back piece by
-    /// piece.
-    renderer: ManuallyDrop<Renderer>,
-    surroundings: Surroundings,
-    /// The first input, if it is being read already.
-    ahead: Option<ReadAhead>,
-    /// Those of the input that is drawn.
-    effects: Vec<Arc<dyn Effect>>,
-    /// Their files, and those of inputs without a stage.
-    effect_files: Vec<EffectFile>,
-    plain_effect_files: &'a [EffectFile],
-    report: Option<Report>,
-    /// All pictures, if they go into one stream; from the first picture on.
-    stream: Option<Stream>,
-    bar: ProgressBar,
-    /// The older names that were told of.
-    told: Told,
-    /// What is read and written.
-    places: Places,
-    /// Milliseconds from the start of the process to the renderer; the first picture's report takes them.
-    start_ms: f64,
-}
 
 /// Runs `render`; `started` is when the process started.
 ///
@@ -73,7 +40,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
     let inputs = Inputs::gather(&args.inputs, args.recursive)?;
     let mut job = Job::new(args, inputs.count() > 1, &aov_names())?;
     let meets_stages = inputs.items.iter().any(|item| item.input.has_settings());
-    let chosen = Chosen::of_frame(&args.frame)?.meeting_stages(meets_stages);
+    let chosen = SettingsChoice::of_frame(&args.frame)?.meeting_stages(meets_stages);
     let (settings, effect_files) = chosen.settings(Settings::default(), None)?;
     job.check(&settings)?;
     job.read_views(args.cameras.as_deref())?;
@@ -114,7 +81,7 @@ pub fn render(args: &RenderArgs, started: Instant) -> Result<(), Failure> {
         report: open_report()?,
         stream: None,
         bar: progress_bar(count, args.quiet),
-        told: Told::default(),
+        told: ToldNames::default(),
         places,
         start_ms: ms_since(started),
     };
@@ -140,21 +107,6 @@ fn nothing_found(inputs: Inputs, mut report: Option<Report>) -> Result<(), Failu
     tally.result().and(finished)
 }
 
-/// A bar for several pictures, on a terminal only.
-fn progress_bar(count: u64, quiet: bool) -> ProgressBar {
-    if count < 2 || quiet || !std::io::stderr().is_terminal() {
-        return ProgressBar::hidden();
-    }
-    counting_bar(count)
-}
-
-fn counting_bar(count: u64) -> ProgressBar {
-    let bar = ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::stderr());
-    let style = ProgressStyle::with_template("{bar:30} {pos}/{len}  {eta} left  {wide_msg}");
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
-    bar
-}
-
 impl Batch<'_> {
     fn render_all(&mut self, inputs: Inputs) -> Result<(), Failure> {
         let mut tally = Tally::of(inputs.count());
@@ -175,28 +127,12 @@ impl Batch<'_> {
         tally.result()
     }
 
-    /// Says what is wrong without hindering the picture; with `--strict` it hinders it.
-    ///
-    /// # Errors
-    /// With `--strict`, if there is a warning.
-    fn warn(&self, name: &str, warnings: &[String]) -> Result<(), Failure> {
-        let is_error = self.args.strict && !warnings.is_empty();
-        if is_error {
-            let message = format!("{name}: {}", warnings.join("; "));
-            return Err(Failure::new(Kind::Failed, message, "leave --strict out to be warned instead"));
-        }
-        if !self.args.quiet {
-            self.bar.suspend(|| warnings.iter().for_each(|warning| say(format_args!("warning: {name}: {warning}"))));
-        }
-        Ok(())
-    }
-
     /// `failing` is the frame that failed, if it is one of a sequence and there is an error.
     fn render_input(&mut self, item_index: u64, item: &Item, failing: &mut Option<u32>) -> Result<(), Failure> {
         let input = &item.input;
         let (first, last) = self.job.frames.unwrap_or((0, 0));
         let mut phases = Phases::default();
-        let mut loaded: Option<Loaded> = None;
+        let mut loaded: Option<LoadedInput> = None;
         let mut looks = vec![self.job.look.clone()];
         if self.job.several.has_looks() {
             self.bar.set_message(shown(&input.stem()).into_owned());
@@ -242,8 +178,4 @@ impl Batch<'_> {
         }
         Ok(())
     }
-}
-
-fn failed(error: RenderError) -> Failure {
-    still_failure(&error.into())
 }

@@ -58,10 +58,7 @@ pub fn gpu_failure(error: &GpuError) -> Failure {
 /// What a failed still means to the user.
 pub fn still_failure(error: &StillError) -> Failure {
     match error {
-        StillError::Stopped => {
-            interrupt::notice();
-            Failure::new(Kind::Interrupted, error, "run it again with --skip-existing")
-        }
+        StillError::Stopped => interrupt::failure(),
         StillError::Render(e) if e.is_device_lost() => Failure::new(Kind::DeviceLost, error, "try a smaller --size"),
         StillError::Render(RenderError::Program(ProgramError::Simulation { .. })) => Failure::new(
             Kind::Failed,
@@ -97,7 +94,7 @@ pub fn output_failure(error: impl std::fmt::Display) -> Failure {
 /// What a file that cannot be written means to the user.
 pub fn write_failure(error: WriteError) -> Failure {
     match error {
-        WriteError::Stopped => still_failure(&StillError::Stopped),
+        WriteError::Stopped => interrupt::failure(),
         WriteError::TooLarge(_) => {
             Failure::new(Kind::Failed, error, "raise the limit, or write a smaller picture or fewer AOVs")
         }

@@ -3,7 +3,7 @@
 use crate::chosen::key_value;
 use crate::failure::{Failure, Kind};
 use crate::job::check_settings;
-use crate::older::Told;
+use crate::older::ToldNames;
 use crate::request::effect_files;
 use crate::session::list;
 use manypass::settings::schema;
@@ -73,7 +73,7 @@ pub fn chosen(quality: Option<Quality>, set: &[String], effects: &[PathBuf]) -> 
         text.push_str(&format!("{key} = {}\n", toml_value(&settings, &files, &key, &value)));
     }
     let older: Vec<_> = set.iter().filter_map(|pair| renamed(NameKind::Setting, key_value(pair).ok()?.0)).collect();
-    Told::default().say("--set", &older);
+    ToldNames::default().say("--set", &older);
     list(&text)
 }
 

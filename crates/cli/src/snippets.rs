@@ -6,7 +6,7 @@ mod commands;
 use manypass::shader::ProgramError;
 use manypass::{EffectFile, Settings, SettingsFile, SimulationFile, effect};
 use manypass_scene::Stage;
-use manypass_scene::renamed::Renamed;
+use manypass_scene::renamed::NameChange;
 use manypass_testkit::pages::{self, Snippet};
 
 /// What is no code of ours, or nothing that can be read by itself: the page, how its text begins, and the reason.
@@ -126,7 +126,7 @@ fn check_toml(snippet: &Snippet) -> Result<(), String> {
 }
 
 /// Pages have the names of today.
-fn no_older_names(names: &[&'static Renamed]) -> Result<(), String> {
+fn no_older_names(names: &[&'static NameChange]) -> Result<(), String> {
     names.first().map_or(Ok(()), |renamed| Err(renamed.to_string()))
 }
 

@@ -11,7 +11,7 @@ use std::sync::Arc;
 /// What was read last: a batch has one for all of its inputs.
 #[derive(Debug)]
 pub struct Surroundings {
-    known: Option<(Named, Arc<EnvironmentMap>)>,
+    known: Option<(EnvironmentFiles, Arc<EnvironmentMap>)>,
     known_table: Option<(PathBuf, Arc<BrdfTable>)>,
     /// Where coarser levels of meshes are looked for, and kept.
     cache: Option<Arc<dyn Cache>>,
@@ -19,7 +19,7 @@ pub struct Surroundings {
 
 /// What settings name of the light around a scene, if anything is lit by it.
 #[derive(Clone, Debug, Default, PartialEq)]
-struct Named {
+struct EnvironmentFiles {
     picture: Option<PathBuf>,
     irradiance: Option<PathBuf>,
     prefiltered: Option<PathBuf>,
@@ -29,7 +29,7 @@ fn named(path: &Path) -> Option<PathBuf> {
     (!path.as_os_str().is_empty()).then(|| path.to_owned())
 }
 
-impl Named {
+impl EnvironmentFiles {
     fn of(settings: &Settings) -> Self {
         let environment = &settings.environment;
         if !matches!(environment.source, Environment::Auto | Environment::File) {
@@ -71,7 +71,7 @@ impl Named {
 
 /// The files that `settings` name of what lights a scene, as far as they are read.
 pub fn files(settings: &Settings) -> Vec<PathBuf> {
-    let Named { picture, irradiance, prefiltered } = Named::of(settings);
+    let EnvironmentFiles { picture, irradiance, prefiltered } = EnvironmentFiles::of(settings);
     let pictures = [picture, irradiance].into_iter().flatten().flat_map(|path| files_of(&path));
     let levels = prefiltered.into_iter().flat_map(|path| prefiltered_files(&path));
     pictures.chain(levels).chain(named(&settings.environment.brdf_file)).collect()
@@ -99,8 +99,8 @@ impl Surroundings {
     }
 
     fn surround(&mut self, scene: &mut Scene, settings: &Settings) -> Result<Vec<String>, Failure> {
-        let named = Named::of(settings);
-        if named == Named::default() {
+        let named = EnvironmentFiles::of(settings);
+        if named == EnvironmentFiles::default() {
             if settings.environment.source == Environment::File && scene.environment.is_none() {
                 let hint = "write --environment FILE.hdr, or --set environment.file=FILE.hdr";
                 return Err(Failure::usage("the environment is a file, and none is named", hint));

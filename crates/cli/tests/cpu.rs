@@ -7,7 +7,7 @@ mod common;
 
 use common::watch::{start_with, wait};
 use common::{Folder, has_adapter, run_in};
-use manypass_testkit::growth::Many;
+use manypass_testkit::growth::GrowthAxis;
 use manypass_testkit::needs;
 use std::time::Duration;
 
@@ -63,7 +63,7 @@ fn sixteen_samples_of_many_points_take_at_most_four_times_what_one_takes() {
         return;
     }
     let folder = Folder::new("cpu-points");
-    folder.write("cloud.ply", Many::Points.text(100_000).as_bytes());
+    folder.write("cloud.ply", GrowthAxis::Points.text(100_000).as_bytes());
     // The driver keeps its compiled shaders, for all that follows.
     run_in(&folder, &["render", "cloud.ply", "-o", "a.png", "--size", "16x9", "-q"]).expect(0);
     let take = |samples: &str| cpu_s(&folder, &["render", "cloud.ply", "-o", "a.png", "--samples", samples, "-q"], &[]);

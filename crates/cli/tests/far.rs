@@ -39,7 +39,7 @@ fn words(numbers: impl IntoIterator<Item = f64>) -> String {
 }
 
 /// What writes the cube around a place in some format.
-type Written = fn([f64; 3]) -> Vec<u8>;
+type CubeWriter = fn([f64; 3]) -> Vec<u8>;
 
 fn gltf(place: [f64; 3]) -> Vec<u8> {
     let positions = corners(NEAR).into_iter().flatten().flat_map(|value| (value as f32).to_le_bytes());
@@ -158,7 +158,7 @@ fn a_cube_far_away_is_that_at_the_origin_in_every_format() {
         return;
     }
     let folder = Folder::new("far-formats");
-    let formats: [(&str, Written); 7] = [
+    let formats: [(&str, CubeWriter); 7] = [
         ("cube.gltf", gltf),
         ("cube.obj", obj),
         ("cube.stl", stl),

@@ -3,7 +3,7 @@
 
 mod common;
 
-use common::watch::{Watched, watch};
+use common::watch::{WatchedRun, watch};
 use common::{Folder, has_adapter, run_in};
 use std::fmt::Write as _;
 use std::time::Duration;
@@ -39,7 +39,7 @@ fn folder(name: &str) -> Folder {
 /// Runs a command that has to fail soon, in little memory, with words that say what is wrong.
 #[track_caller]
 fn refused(folder: &Folder, args: &[&str], said: &str) {
-    let Watched { run, peak_mib, time, cpu } = watch(folder, args, LIMIT);
+    let WatchedRun { run, peak_mib, time, cpu } = watch(folder, args, LIMIT);
     assert!([1, 2].contains(&run.code), "{args:?}: {} {}", run.code, run.stderr);
     assert!(run.stderr.contains(said), "{args:?}: {}\nshould say {said}", run.stderr);
     assert!(peak_mib < LIMIT_MIB && cpu < CPU_LIMIT, "{args:?}: {peak_mib} MiB, {cpu:?} of processors in {time:?}");

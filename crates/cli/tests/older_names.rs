@@ -2,7 +2,7 @@
 //! as a hint that `--strict` does not refuse.
 
 use crate::common::{Folder, has_adapter, run_in, triangle_glb};
-use manypass_scene::renamed::{NameKind, RENAMED, Renamed};
+use manypass_scene::renamed::{NameChange, NameKind, RENAMED};
 
 const SMALL: [&str; 8] = ["--size", "32x32", "--samples", "1", "--orbit", "0,0,4", "--target", "0,0,0"];
 
@@ -25,12 +25,12 @@ fn stage(table: &str, more: &str) -> String {
 }
 
 /// A new row of the table has no use here yet.
-fn unused(row: &Renamed) -> ! {
+fn unused(row: &NameChange) -> ! {
     panic!("say here how `{}` is used", row.older)
 }
 
 /// The arguments that use `name`, which is one of the two names of `row`: the input first.
-fn using(folder: &Folder, row: &Renamed, name: &str) -> Vec<String> {
+fn using(folder: &Folder, row: &NameChange, name: &str) -> Vec<String> {
     let of_stage = |text: String| {
         folder.write("a.stage.toml", text.as_bytes());
         vec!["a.stage.toml".to_owned()]
@@ -56,7 +56,7 @@ fn using(folder: &Folder, row: &Renamed, name: &str) -> Vec<String> {
 
 /// Fails unless the notice of `row` was printed once for an older name, and no notice for that of today.
 #[track_caller]
-fn assert_told(stderr: &str, subject: &str, row: &Renamed, is_older: bool) {
+fn assert_told(stderr: &str, subject: &str, row: &NameChange, is_older: bool) {
     let notice = format!("hint: {subject}: {row}\n");
     assert!(notice.contains(&format!("`{}`", row.written(row.name))), "{notice}");
     assert_eq!(stderr.matches(&notice).count(), usize::from(is_older), "{notice}{stderr}");

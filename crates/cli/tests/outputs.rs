@@ -2,7 +2,7 @@
 
 mod common;
 
-use common::watch::{Watched, start, wait, watch};
+use common::watch::{WatchedRun, start, wait, watch};
 use common::{Folder, Run, has_adapter, run_in, run_with, triangle_glb};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -152,7 +152,7 @@ fn interrupted(name: &str, signal: &str, args: &[&str], prepare: impl Fn(&Folder
         wait_until_it_renders(&folder);
         std::thread::sleep(Duration::from_millis(1000));
         send(signal, child.id());
-        let Watched { run, time, .. } = wait(child, Duration::from_secs(60));
+        let WatchedRun { run, time, .. } = wait(child, Duration::from_secs(60));
         assert_eq!(run.code, 130, "{run:?}");
         assert!(folder.names().iter().all(|name| name == "report.json"), "{:?}", folder.names());
         let is_told = std::fs::read(folder.join("report.json")).is_ok_and(|report| report.len() > 2);

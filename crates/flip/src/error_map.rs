@@ -13,7 +13,7 @@ pub struct ErrorMap {
 
 /// The largest error of a map, and where it is.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Largest {
+pub struct LargestError {
     /// The error, 0 to 1.
     pub error: f32,
     /// Columns from the left.
@@ -29,11 +29,11 @@ impl ErrorMap {
     }
 
     /// The largest error; the first of several, row by row.
-    pub fn largest(&self) -> Largest {
-        let first = Largest { error: 0.0, x: 0, y: 0 };
+    pub fn largest(&self) -> LargestError {
+        let first = LargestError { error: 0.0, x: 0, y: 0 };
         self.errors.iter().enumerate().fold(first, |largest, (index, &error)| {
             if error > largest.error {
-                Largest { error, x: index % self.width, y: index / self.width }
+                LargestError { error, x: index % self.width, y: index / self.width }
             } else {
                 largest
             }
@@ -69,7 +69,7 @@ mod tests {
     fn numbers_about_a_map_are_those_counted_by_hand() {
         let map = ErrorMap { width: 2, height: 2, errors: vec![0.1, 0.4, 0.2, 0.3] };
         assert!((map.mean() - 0.25).abs() < 1e-7);
-        assert_eq!(map.largest(), Largest { error: 0.4, x: 1, y: 0 });
+        assert_eq!(map.largest(), LargestError { error: 0.4, x: 1, y: 0 });
         // The sums of errors in order are 0.1, 0.3, 0.6 and 1.
         assert_eq!(map.weighted_quantiles([0.05, 0.25, 0.5, 0.75]), [0.1, 0.2, 0.3, 0.4]);
         let same = ErrorMap { width: 1, height: 1, errors: vec![0.0] };

@@ -26,7 +26,7 @@ mod magma;
 mod picture;
 mod rows;
 
-pub use error_map::{ErrorMap, Largest};
+pub use error_map::{ErrorMap, LargestError};
 pub use high_range::{Exposures, hdr};
 pub use magma::magma;
 pub use picture::{FlipError, Picture};

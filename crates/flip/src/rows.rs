@@ -72,7 +72,7 @@ pub(crate) fn ldr_as(
 
 /// What of a pixel is compared: CIELAB with the Hunt effect, the strengths of an edge and of a point.
 #[derive(Clone, Copy, Debug, Default)]
-struct Seen {
+struct PixelFeatures {
     hunt_lab: [f32; 3],
     edge: f32,
     point: f32,
@@ -84,7 +84,7 @@ fn largest_colour_difference() -> f32 {
 }
 
 /// The difference of two pixels, 0 to 1: that of colour, raised where one has a feature that the other lacks.
-fn difference(a: Seen, b: Seen, largest: f32) -> f32 {
+fn difference(a: PixelFeatures, b: PixelFeatures, largest: f32) -> f32 {
     let compressed = hyab(a.hunt_lab, b.hunt_lab).powf(COLOUR_EXPONENT);
     let common = COMMON_SHARE * largest;
     let colour = if compressed < common {
@@ -111,7 +111,7 @@ struct Workspace {
     padded: [Vec<f32>; 4],
     /// A row of filtered YyCxCz; of edges along x and y, and of points along x and y.
     columns: [Vec<f32>; 7],
-    seen: Vec<Seen>,
+    seen: Vec<PixelFeatures>,
 }
 
 impl Workspace {
@@ -125,7 +125,7 @@ impl Workspace {
             along_rows: std::array::from_fn(|_| row(stride * (BAND_ROWS + 2 * border_px))),
             padded: std::array::from_fn(|_| row(stride + 2 * border_px)),
             columns: std::array::from_fn(|_| row(stride)),
-            seen: vec![Seen::default(); width],
+            seen: vec![PixelFeatures::default(); width],
         }
     }
 
@@ -188,7 +188,7 @@ impl Workspace {
         let [luma, cx, cz, edge_x, edge_y, point_x, point_y] = &self.columns;
         for (x, seen) in self.seen.iter_mut().enumerate() {
             let rgb = rgb_from_ycxcz([luma[x], cx[x], cz[x]]).map(|value| value.clamp(0.0, 1.0));
-            *seen = Seen {
+            *seen = PixelFeatures {
                 hunt_lab: hunt_lab_from_rgb(rgb),
                 edge: (edge_x[x] * edge_x[x] + edge_y[x] * edge_y[x]).sqrt(),
                 point: (point_x[x] * point_x[x] + point_y[x] * point_y[x]).sqrt(),

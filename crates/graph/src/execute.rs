@@ -1,10 +1,10 @@
 //! Recording a plan into a command encoder.
 
-use crate::graph::{ColorLoad, DepthLoad, Graph, Read, RunFn, Source, UseKind};
-use crate::part::Part;
+use crate::graph::{ColorLoad, DepthLoad, Graph, ReadKey, RunFn, Source, UseKind};
 use crate::plan::{Plan, PlannedAttachment, PlannedPass, PlannedRead, Target, is_mean, is_stored};
 use crate::pool::{Histories, MEMORYLESS, Pool, imported_view, view_key};
 use crate::report::{PassTime, Run};
+use crate::subresource::SubresourceRange;
 use crate::tap::{self, Taps};
 use crate::times::Times;
 use crate::{Limits, PlanError, TextureDesc};
@@ -57,7 +57,7 @@ pub struct PassContext<'a, 'pass> {
 impl PassContext<'_, '_> {
     /// The view behind a read that the pass has declared. Of another pass's there is none: draw nothing then, because
     /// [`Executor::run`] gives an error.
-    pub fn view(&self, read: Read) -> Option<&wgpu::TextureView> {
+    pub fn view(&self, read: ReadKey) -> Option<&wgpu::TextureView> {
         let is_declared =
             read.graph == self.graph && self.reads.iter().any(|declared| declared.use_index == read.use_index);
         let view = self.views.get(read.use_index as usize).and_then(Option::as_ref).filter(|_| is_declared);
@@ -296,7 +296,7 @@ impl Executor {
             .map(|texture| Some(self.pool.texture(slots[texture.slot? as usize]).clone()))
             .collect();
         let mut views = vec![None; graph.uses.len()];
-        let mut view = |use_index: u32, texture: u32, part: Option<Part>, executor: &mut Self| {
+        let mut view = |use_index: u32, texture: u32, part: Option<SubresourceRange>, executor: &mut Self| {
             let planned = &plan.textures[texture as usize];
             let key = view_key(graph.uses[use_index as usize].kind, &planned.desc, part);
             let (taken, view) = match (planned.slot, &graph.textures[planned.declared as usize].source) {
@@ -319,7 +319,7 @@ impl Executor {
         for pass in &plan.passes {
             for attachment in &pass.attachments {
                 let whole = plan.textures[attachment.texture as usize].desc.subresources() == 1;
-                let part = Part { mip: attachment.mip, mips: 1, layer: attachment.layer, layers: 1 };
+                let part = SubresourceRange { mip: attachment.mip, mips: 1, layer: attachment.layer, layers: 1 };
                 view(attachment.use_index, attachment.texture, (!whole).then_some(part), self);
             }
             for read in &pass.reads {

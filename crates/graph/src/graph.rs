@@ -6,8 +6,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 use crate::execute::PassContext;
-use crate::part::Part;
 use crate::pool::HistoryBook;
+use crate::subresource::SubresourceRange;
 use crate::{Limits, Plan, PlanError, TextureDesc};
 
 /// One version of a texture, or of some mips and layers of it.
@@ -18,7 +18,7 @@ use crate::{Limits, Plan, PlanError, TextureDesc};
 pub struct Handle {
     pub(crate) graph: u32,
     pub(crate) texture: u32,
-    pub(crate) part: Part,
+    pub(crate) part: SubresourceRange,
     name: Cow<'static, str>,
     desc: TextureDesc,
 }
@@ -57,7 +57,7 @@ pub struct History {
 /// Fetches a view of a declared read while the pass runs
 /// ([`PassContext::view`]).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Read {
+pub struct ReadKey {
     pub(crate) graph: u32,
     pub(crate) use_index: u32,
 }
@@ -125,7 +125,7 @@ impl UseKind {
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Use {
     pub(crate) texture: u32,
-    pub(crate) part: Part,
+    pub(crate) part: SubresourceRange,
     pub(crate) kind: UseKind,
 }
 
@@ -181,7 +181,7 @@ pub struct Graph<'frame> {
     /// The uses of all passes in one list: a pass owns a range of it, so that
     /// declaring a pass allocates only its closure.
     pub(crate) uses: Vec<Use>,
-    pub(crate) exports: Vec<(u32, Part)>,
+    pub(crate) exports: Vec<(u32, SubresourceRange)>,
     pub(crate) histories: Vec<HistoryNode>,
     /// The histories that earlier frames have written.
     known_histories: Arc<HistoryBook>,
@@ -261,7 +261,7 @@ impl<'frame> Graph<'frame> {
         let name = self.named(name);
         let texture = self.textures.len() as u32;
         self.textures.push(TextureNode { name: name.clone(), desc, source });
-        Handle { graph: self.id, texture, part: Part::whole(&desc), name, desc }
+        Handle { graph: self.id, texture, part: SubresourceRange::whole(&desc), name, desc }
     }
 
     /// One mip of one layer as a handle of its own; see [`Graph::subresources`].
@@ -378,22 +378,22 @@ impl<'frame> Pass<'_, 'frame> {
 
     /// Samples a texture: the mips of `handle`, and all of its layers, as `D2`, or `D2Array` if it has layers. To
     /// sample one layer of several is refused, because WebGL 2 shows another one.
-    pub fn read(&mut self, handle: &Handle) -> Read {
+    pub fn read(&mut self, handle: &Handle) -> ReadKey {
         self.add_use(handle, UseKind::Sampled { dimension: None, depth_only: false })
     }
 
     /// Samples a texture through a view of another dimension, such as `Cube`.
-    pub fn read_as(&mut self, handle: &Handle, dimension: wgpu::TextureViewDimension) -> Read {
+    pub fn read_as(&mut self, handle: &Handle, dimension: wgpu::TextureViewDimension) -> ReadKey {
         self.add_use(handle, UseKind::Sampled { dimension: Some(dimension), depth_only: false })
     }
 
     /// Samples the depth of a depth or depth-stencil texture.
-    pub fn read_depth(&mut self, handle: &Handle) -> Read {
+    pub fn read_depth(&mut self, handle: &Handle) -> ReadKey {
         self.add_use(handle, UseKind::Sampled { dimension: None, depth_only: true })
     }
 
     /// [`Pass::read`] of something that may be absent.
-    pub fn read_optional(&mut self, handle: Option<&Handle>) -> Option<Read> {
+    pub fn read_optional(&mut self, handle: Option<&Handle>) -> Option<ReadKey> {
         handle.map(|handle| self.read(handle))
     }
 
@@ -419,10 +419,10 @@ impl<'frame> Pass<'_, 'frame> {
         }
     }
 
-    fn add_use(&mut self, handle: &Handle, kind: UseKind) -> Read {
+    fn add_use(&mut self, handle: &Handle, kind: UseKind) -> ReadKey {
         let graph = &mut *self.graph;
         let use_index = graph.uses.len() as u32;
-        let read = Read { graph: graph.id, use_index };
+        let read = ReadKey { graph: graph.id, use_index };
         if handle.graph != graph.id {
             let pass = graph.passes.last().map(|pass| pass.name.to_string());
             graph.note_misuse(PlanError::ForeignHandle {

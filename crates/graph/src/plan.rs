@@ -8,7 +8,7 @@ use serde::Serialize;
 use crate::TextureDesc;
 use crate::check::{desc_of, subresource_bases};
 use crate::graph::{ColorLoad, DepthLoad, Graph, PassNode, Source, Use, UseKind};
-use crate::part::Part;
+use crate::subresource::SubresourceRange;
 
 /// How a frame will be executed. Plain data: print it with [`Plan::to_text`],
 /// [`Plan::to_json`] or [`Plan::to_mermaid`].
@@ -97,7 +97,7 @@ pub struct PlannedRead {
     /// Index into [`Plan::textures`].
     pub texture: u32,
     /// Mips and layers of a view; `None` is the whole texture.
-    pub view: Option<Part>,
+    pub view: Option<SubresourceRange>,
     #[serde(skip)]
     pub(crate) use_index: u32,
 }
@@ -276,7 +276,7 @@ fn uses_of(pass: &PassNode<'_>) -> Range<usize> {
 /// whether what it holds after its pass is needed.
 fn cull(graph: &Graph<'_>) -> (Vec<bool>, Vec<bool>) {
     let (bases, total) = subresource_bases(graph);
-    let subresources = |texture: u32, part: Part| {
+    let subresources = |texture: u32, part: SubresourceRange| {
         let base = bases[texture as usize];
         part.subresources(&graph.textures[texture as usize].desc).map(move |place| (base + place) as usize)
     };
@@ -287,7 +287,8 @@ fn cull(graph: &Graph<'_>) -> (Vec<bool>, Vec<bool>) {
     // What the next frame will read is a result of this one.
     for (texture, node) in (0..).zip(&graph.textures) {
         if matches!(node.source, Source::History { is_next: true, .. }) {
-            subresources(texture, Part::whole(&node.desc)).for_each(|subresource| wanted[subresource] = true);
+            subresources(texture, SubresourceRange::whole(&node.desc))
+                .for_each(|subresource| wanted[subresource] = true);
         }
     }
     let mut live = vec![false; graph.passes.len()];
@@ -356,7 +357,7 @@ fn plan_pass(
         let (target, load) = match used.kind {
             UseKind::Sampled { .. } => {
                 plan.textures[texture as usize].sampled = true;
-                let whole = Part::whole(&graph.textures[used.texture as usize].desc);
+                let whole = SubresourceRange::whole(&graph.textures[used.texture as usize].desc);
                 let view = Some(used.part).filter(|part| *part != whole);
                 result.reads.push(PlannedRead { texture, view, use_index });
                 continue;

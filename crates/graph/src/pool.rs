@@ -6,13 +6,13 @@ use std::sync::Arc;
 
 use crate::TextureDesc;
 use crate::graph::{HistoryNode, UseKind};
-use crate::part::Part;
+use crate::subresource::SubresourceRange;
 
 /// Which view of a texture, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct ViewKey {
     /// Mips and layers; `None` is all of them.
-    pub(crate) part: Option<Part>,
+    pub(crate) part: Option<SubresourceRange>,
     pub(crate) dimension: Option<wgpu::TextureViewDimension>,
     pub(crate) aspect: wgpu::TextureAspect,
 }
@@ -32,7 +32,7 @@ pub(crate) fn create_view(texture: &wgpu::Texture, key: ViewKey) -> wgpu::Textur
 }
 
 /// How a use sees its texture.
-pub(crate) fn view_key(kind: UseKind, desc: &TextureDesc, part: Option<Part>) -> ViewKey {
+pub(crate) fn view_key(kind: UseKind, desc: &TextureDesc, part: Option<SubresourceRange>) -> ViewKey {
     let (dimension, aspect) = match kind {
         UseKind::Sampled { dimension, .. } if desc.has_depth() => (dimension, wgpu::TextureAspect::DepthOnly),
         UseKind::Sampled { dimension, .. } => (dimension, wgpu::TextureAspect::All),
@@ -74,7 +74,7 @@ fn memory_bytes(desc: &TextureDesc, usage: wgpu::TextureUsages) -> u64 {
     if usage.contains(MEMORYLESS) { 0 } else { desc.bytes() }
 }
 
-struct Pooled {
+struct PoolEntry {
     desc: TextureDesc,
     usage: wgpu::TextureUsages,
     texture: wgpu::Texture,
@@ -85,7 +85,7 @@ struct Pooled {
     last_frame: u64,
 }
 
-impl Pooled {
+impl PoolEntry {
     /// Whether the texture is of this shape and can be used in these ways, and perhaps in others. One without memory keeps
     /// nothing, so that it serves nobody else.
     fn serves(&self, desc: &TextureDesc, usage: wgpu::TextureUsages) -> bool {
@@ -105,7 +105,7 @@ const KEPT_FRAMES: u64 = 120;
 /// Transient textures by descriptor and usage.
 #[derive(Default)]
 pub(crate) struct Pool {
-    textures: Vec<Pooled>,
+    textures: Vec<PoolEntry>,
     frame: u64,
     /// How many were created so far.
     made: u64,
@@ -126,7 +126,7 @@ impl Pool {
         let free = self.textures.iter().position(|pooled| !pooled.taken && pooled.serves(desc, usage));
         let index = free.unwrap_or_else(|| {
             self.made += 1;
-            self.textures.push(Pooled {
+            self.textures.push(PoolEntry {
                 desc: *desc,
                 usage,
                 texture: create_texture(device, label, desc, usage),
@@ -180,7 +180,8 @@ impl Pool {
     /// than what was used. So a resized view does not pile up the textures of every size it had.
     pub(crate) fn end_frame(&mut self) {
         let frame = self.frame;
-        let used_bytes: u64 = self.textures.iter().filter(|pooled| pooled.last_frame == frame).map(Pooled::bytes).sum();
+        let used_bytes: u64 =
+            self.textures.iter().filter(|pooled| pooled.last_frame == frame).map(PoolEntry::bytes).sum();
         let mut unused: Vec<(u64, u64)> = self
             .textures
             .iter()
@@ -227,7 +228,7 @@ impl Pool {
     }
 
     pub(crate) fn bytes(&self) -> u64 {
-        self.textures.iter().map(Pooled::bytes).sum()
+        self.textures.iter().map(PoolEntry::bytes).sum()
     }
 }
 

@@ -2,8 +2,8 @@
 
 use std::fmt::Write as _;
 
-use crate::part::Part;
 use crate::plan::{Load, Plan, PlannedAttachment, PlannedRead, Target};
+use crate::subresource::SubresourceRange;
 
 impl Plan {
     /// One line a pass and a texture, for people and for snapshots.
@@ -116,7 +116,7 @@ impl Plan {
     /// The name of the texture or view that is attached.
     pub(crate) fn attachment_name(&self, attachment: &PlannedAttachment) -> String {
         let texture = &self.textures[attachment.texture as usize];
-        let part = Part { mip: attachment.mip, mips: 1, layer: attachment.layer, layers: 1 };
+        let part = SubresourceRange { mip: attachment.mip, mips: 1, layer: attachment.layer, layers: 1 };
         format!("{}{}", texture.name, part.suffix(&texture.desc))
     }
 

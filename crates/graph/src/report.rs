@@ -8,7 +8,7 @@ use crate::PlanError;
 use crate::graph::Export;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::tap::copied_format;
-use crate::tap::{Tap, Untapped};
+use crate::tap::{Tap, TapFailure};
 #[cfg(not(target_arch = "wasm32"))]
 use crate::times::read_ticks;
 use crate::times::{Timestamps, pass_times};
@@ -20,7 +20,7 @@ pub struct Run {
     /// Copies of attachments in the order of passes; empty unless asked for.
     pub taps: Vec<Tap>,
     /// What was to be copied and could not be.
-    pub untapped: Vec<Untapped>,
+    pub untapped: Vec<TapFailure>,
     pub(crate) passes: Vec<(Cow<'static, str>, f64)>,
     pub(crate) exports: Vec<Option<wgpu::Texture>>,
     /// The names of the histories that the next frame is to find as they were written.

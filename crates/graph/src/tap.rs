@@ -65,7 +65,7 @@ pub struct Tap {
 
 /// A target that was to be copied and could not be.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Untapped {
+pub struct TapFailure {
     /// Name of the pass that wrote it.
     pub pass: String,
     /// Name of the texture or view.
@@ -90,7 +90,7 @@ pub(crate) fn record(recorder: &Recorder<'_>, encoder: &mut wgpu::CommandEncoder
             Taps::One { .. } | Taps::None => continue,
         };
         if let Err(reason) = copied {
-            run.untapped.push(Untapped { pass: pass.name.to_string(), texture: name, reason });
+            run.untapped.push(TapFailure { pass: pass.name.to_string(), texture: name, reason });
         }
     }
 }

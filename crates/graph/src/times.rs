@@ -19,7 +19,7 @@ pub(crate) struct Timestamps {
 }
 
 /// A frame whose times are under way.
-struct Pending {
+struct PendingFrame {
     timestamps: Timestamps,
     passes: Vec<(Cow<'static, str>, f64)>,
     /// Of the mapping: none was asked for, it is under way, it succeeded, it failed.
@@ -37,7 +37,7 @@ pub(crate) struct Times {
     queue: wgpu::Queue,
     is_supported: bool,
     queries: Option<wgpu::QuerySet>,
-    ring: Vec<Pending>,
+    ring: Vec<PendingFrame>,
     latest: Option<Vec<PassTime>>,
 }
 
@@ -106,7 +106,7 @@ impl Times {
         if timing == Timing::Once {
             return Some(timestamps);
         }
-        self.ring.push(Pending { timestamps, passes: passes.to_vec(), state: Arc::default() });
+        self.ring.push(PendingFrame { timestamps, passes: passes.to_vec(), state: Arc::default() });
         None
     }
 
@@ -123,7 +123,7 @@ impl Times {
         }
         // An error here (device lost) shows as mappings that fail or never end.
         let _ = self.device.poll(wgpu::PollType::Poll);
-        let is_done = |pending: &Pending| pending.state.load(Ordering::Acquire) >= MAPPED;
+        let is_done = |pending: &PendingFrame| pending.state.load(Ordering::Acquire) >= MAPPED;
         while self.ring.first().is_some_and(is_done) {
             let pending = self.ring.remove(0);
             if let Some(ticks) = read_ticks(&pending.timestamps) {

@@ -73,9 +73,9 @@ struct Stop;
 
 /// While it lives, [`is_waiting`] is true: for whoever reads or writes what another program holds the other end of.
 #[derive(Debug)]
-pub struct Waiting(());
+pub struct WaitGuard(());
 
-impl Waiting {
+impl WaitGuard {
     /// From now on the other end may hold this thread up.
     pub fn begin() -> Self {
         WAITING.fetch_add(1, Ordering::SeqCst);
@@ -83,7 +83,7 @@ impl Waiting {
     }
 }
 
-impl Drop for Waiting {
+impl Drop for WaitGuard {
     fn drop(&mut self) {
         WAITING.fetch_sub(1, Ordering::SeqCst);
     }
@@ -144,7 +144,7 @@ impl AtomicFile {
         }
         let failed = |source| WriteError::new(target, source);
         if is_in_place(target) {
-            let _waiting = Waiting::begin();
+            let _waiting = WaitGuard::begin();
             // What stands in an open file already is not this file's to overwrite.
             let file = OpenOptions::new().append(true).open(target).map_err(failed)?;
             return Ok(Self {
@@ -226,7 +226,7 @@ impl AtomicFile {
 /// Encoders write through this.
 impl Write for AtomicFile {
     fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
-        let _waiting = self.temporary.is_none().then(Waiting::begin);
+        let _waiting = self.temporary.is_none().then(WaitGuard::begin);
         self.open()?.write(bytes)
     }
 
@@ -298,7 +298,7 @@ pub fn write_file(target: &Path, bytes: &[u8]) -> Result<(), WriteError> {
 /// # Errors
 /// If the other end is closed or full.
 pub fn write_stdout(bytes: &[u8]) -> Result<(), WriteError> {
-    let _waiting = Waiting::begin();
+    let _waiting = WaitGuard::begin();
     let mut out = io::stdout().lock();
     out.write_all(bytes)
         .and_then(|()| out.flush())

@@ -21,7 +21,7 @@ pub enum Light {
 
 /// A picture that was read.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Decoded {
+pub struct DecodedPicture {
     /// Width in pixels.
     pub width: usize,
     /// Height in pixels.
@@ -76,7 +76,7 @@ fn display_format(bytes: &[u8]) -> Option<(ImageFormat, &'static str)> {
 ///
 /// # Errors
 /// If the kind is not known, the picture is too large, or its bytes are broken.
-pub fn decode(bytes: &[u8]) -> Result<Decoded, DecodeError> {
+pub fn decode(bytes: &[u8]) -> Result<DecodedPicture, DecodeError> {
     if bytes.starts_with(&EXR_MAGIC) {
         return decode_exr(bytes);
     }
@@ -99,7 +99,7 @@ pub fn decode(bytes: &[u8]) -> Result<Decoded, DecodeError> {
         }
         other => other.into_rgba32f().pixels().map(|pixel| pixel.0).collect(),
     };
-    Ok(Decoded { width: width as usize, height: height as usize, light: Light::Display, rgba })
+    Ok(DecodedPicture { width: width as usize, height: height as usize, light: Light::Display, rgba })
 }
 
 fn check_size(width: usize, height: usize) -> Result<(), DecodeError> {
@@ -107,7 +107,7 @@ fn check_size(width: usize, height: usize) -> Result<(), DecodeError> {
     if fits { Ok(()) } else { Err(DecodeError::TooLarge { width, height }) }
 }
 
-fn decode_exr(bytes: &[u8]) -> Result<Decoded, DecodeError> {
+fn decode_exr(bytes: &[u8]) -> Result<DecodedPicture, DecodeError> {
     let failed = |error: exr::error::Error| DecodeError::Decoder { format: "EXR", reason: exr_fault(&error) };
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     meta.headers.iter().try_for_each(|header| check_size(header.layer_size.0, header.layer_size.1))?;
@@ -125,7 +125,7 @@ fn decode_exr(bytes: &[u8]) -> Result<Decoded, DecodeError> {
     let image = reader.first_valid_layer().all_attributes().non_parallel().from_buffered(Cursor::new(bytes));
     let layer = image.map_err(failed)?.layer_data;
     let (width, height) = (layer.size.0, layer.size.1);
-    Ok(Decoded { width, height, light: Light::Scene, rgba: layer.channel_data.pixels.1 })
+    Ok(DecodedPicture { width, height, light: Light::Scene, rgba: layer.channel_data.pixels.1 })
 }
 
 #[cfg(test)]

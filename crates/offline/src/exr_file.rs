@@ -2,7 +2,7 @@
 //! band, so that a picture need not be in memory as a whole.
 
 use crate::encode::{EncodeError, check_length};
-use crate::exr_header::{self, Part, PictureInfo};
+use crate::exr_header::{self, ExrPart, PictureInfo};
 use crate::still::{AovLayer, Samples};
 use exr::block::chunk::Chunk;
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -46,7 +46,7 @@ impl<E> From<io::Error> for WriteError<E> {
     }
 }
 
-impl Part {
+impl ExrPart {
     /// The picture: scene-linear radiance with associated alpha.
     pub fn picture() -> Self {
         Self { name: "rgba".into(), channels: vec!["R", "G", "B", "A"], is_id: false }
@@ -75,7 +75,7 @@ pub(crate) fn band_rows(width: u32, components: usize) -> u32 {
 pub fn write<W: Write + Seek, E>(
     out: &mut W,
     (width, height): (u32, u32),
-    parts: &[Part],
+    parts: &[ExrPart],
     info: &PictureInfo,
     mut pixels: impl FnMut(usize, Range<u32>) -> Result<Samples, E>,
 ) -> Result<(), WriteError<E>> {
@@ -111,7 +111,7 @@ pub fn write<W: Write + Seek, E>(
 
 /// The blocks of some rows. In a block, each row has all values of the first channel by name, then those of the next.
 fn blocks(
-    (layer, part): (usize, &Part),
+    (layer, part): (usize, &ExrPart),
     (width, rows): (u32, Range<u32>),
     rows_a_block: u32,
     samples: &Samples,
@@ -182,15 +182,15 @@ pub fn encode(
     aovs: &[AovLayer],
     info: &PictureInfo,
 ) -> Result<Vec<u8>, EncodeError> {
-    let mut layers: Vec<(Part, Samples)> = Vec::new();
+    let mut layers: Vec<(ExrPart, Samples)> = Vec::new();
     if let Some(radiance) = radiance {
-        layers.push((Part::picture(), Samples::Float { components: 4, data: radiance.to_vec() }));
+        layers.push((ExrPart::picture(), Samples::Float { components: 4, data: radiance.to_vec() }));
     }
-    layers.extend(aovs.iter().map(|layer| (Part::of(layer.aov), layer.samples.clone())));
+    layers.extend(aovs.iter().map(|layer| (ExrPart::of(layer.aov), layer.samples.clone())));
     for (part, samples) in &layers {
         check_length(width, height, part.channels.len(), samples.len())?;
     }
-    let parts: Vec<Part> = layers.iter().map(|(part, _)| part.clone()).collect();
+    let parts: Vec<ExrPart> = layers.iter().map(|(part, _)| part.clone()).collect();
     let mut bytes = Cursor::new(Vec::new());
     let rows = |part: usize, rows: Range<u32>| {
         let samples = layers.get(part).map(|(_, samples)| samples.rows(width, rows));
@@ -314,7 +314,7 @@ mod tests {
         let file = |height: u32| {
             let mut asked = Vec::new();
             let mut bytes = Cursor::new(Vec::new());
-            write(&mut bytes, (width, height), &[Part::of(Aov::Depth)], &info, |_, rows| {
+            write(&mut bytes, (width, height), &[ExrPart::of(Aov::Depth)], &info, |_, rows| {
                 asked.push(rows.clone());
                 let data = rows.flat_map(|row| (0..width).map(move |x| value(row, x))).collect();
                 Ok::<_, ()>(Samples::Float { components: 1, data })
@@ -361,7 +361,7 @@ mod tests {
             }
         }
         let pixels = |_, _| Ok::<_, ()>(Samples::Id(vec![1]));
-        let error = write(&mut Full(full), (1, 1), &[Part::of(Aov::ObjectId)], &info, pixels).expect_err("full");
+        let error = write(&mut Full(full), (1, 1), &[ExrPart::of(Aov::ObjectId)], &info, pixels).expect_err("full");
         assert!(matches!(error, WriteError::Io(error) if error.kind() == io::ErrorKind::StorageFull));
     }
 }

@@ -80,7 +80,7 @@ pub struct PictureInfo {
 
 /// A part of the file.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct ExrPart {
     /// The name of the layer.
     pub name: String,
     /// The names of the channels, in the order of a pixel's values.
@@ -99,12 +99,12 @@ fn text(value: &str) -> Text {
 }
 
 /// The header of every part.
-pub(crate) fn headers(width: u32, height: u32, parts: &[Part], info: &PictureInfo) -> Vec<Header> {
+pub(crate) fn headers(width: u32, height: u32, parts: &[ExrPart], info: &PictureInfo) -> Vec<Header> {
     let size = (width as usize, height as usize);
     let mut shared = ImageAttributes::with_size(size);
     shared.chromaticities = Some(REC_709);
     let encoding = info.compression.of_header();
-    let header = |(index, part): (usize, &Part)| {
+    let header = |(index, part): (usize, &ExrPart)| {
         let sample_type = if part.is_id { SampleType::U32 } else { SampleType::F32 };
         let mut names = part.channels.clone();
         // Readers expect channels in this order.
@@ -118,7 +118,7 @@ pub(crate) fn headers(width: u32, height: u32, parts: &[Part], info: &PictureInf
     parts.iter().enumerate().map(header).collect()
 }
 
-fn layer_attributes(part: &Part, is_first: bool, info: &PictureInfo) -> LayerAttributes {
+fn layer_attributes(part: &ExrPart, is_first: bool, info: &PictureInfo) -> LayerAttributes {
     let mut attributes = LayerAttributes::named(text(&part.name));
     attributes.software_name = Some(text(concat!("manypass ", env!("CARGO_PKG_VERSION"))));
     let mut add = |name: &str, value: AttributeValue| {

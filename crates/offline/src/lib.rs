@@ -31,6 +31,6 @@ mod y4m;
 pub use aov_png::{PngRange, aov_png};
 pub use camera::CameraData;
 pub use encode::{EncodeError, Format};
-pub use exr_header::{ExrCompression, Part, PictureInfo};
+pub use exr_header::{ExrCompression, ExrPart, PictureInfo};
 pub use still::{AovLayer, Picture, Samples, render_still};
 pub use stream::{Container, Stream, StreamError};

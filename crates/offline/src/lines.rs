@@ -1,7 +1,7 @@
 //! Files that grow by whole lines, so that whoever reads one, even while it grows or after its writer was killed, finds
 //! every line that is done.
 
-use crate::atomic::{Waiting, WriteError, is_in_place, make_folder_of};
+use crate::atomic::{WaitGuard, WriteError, is_in_place, make_folder_of};
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::{Path, PathBuf};
@@ -38,7 +38,7 @@ impl LineFile {
         make_folder_of(path)?;
         let failed = |source| WriteError::new(path, source);
         if is_in_place(path) {
-            let _waiting = Waiting::begin();
+            let _waiting = WaitGuard::begin();
             let file = OpenOptions::new().append(true).open(path).map_err(failed)?;
             return Ok(Self { path: path.to_owned(), file, length_bytes: None });
         }
@@ -63,7 +63,7 @@ impl LineFile {
     /// If the disk is full or fails.
     pub fn append(&mut self, line: &str) -> Result<(), WriteError> {
         let bytes = format!("{line}\n").into_bytes();
-        let waiting = self.length_bytes.is_none().then(Waiting::begin);
+        let waiting = self.length_bytes.is_none().then(WaitGuard::begin);
         let written = self.file.write_all(&bytes);
         drop(waiting);
         if let Some(length_bytes) = &mut self.length_bytes {

@@ -6,7 +6,7 @@
 
 use crate::atomic::WriteError;
 use crate::encode::EncodeError;
-use crate::exr_header::Part;
+use crate::exr_header::ExrPart;
 use crate::spool::Spool;
 use crate::still::Samples;
 use manypass::Aov;
@@ -63,7 +63,7 @@ impl Arrays {
         let mut arrays = vec![array(PICTURES, "|u1", 4, 1)?];
         for aov in aovs {
             let info = aov.info();
-            let type_name = if Part::of(*aov).is_id { "<u4" } else { "<f4" };
+            let type_name = if ExrPart::of(*aov).is_id { "<u4" } else { "<f4" };
             arrays.push(array(info.name, type_name, info.channels.len(), 4)?);
         }
         Ok(Self { size: (width, height), picture_count: 0, arrays })

@@ -52,7 +52,7 @@ fn ends_with(file: &mut (impl Read + Seek), length: u64, end: &[u8]) -> io::Resu
 /// chunk that lies last says how long it is.
 fn is_whole_exr(file: &mut (impl Read + Seek), length: u64) -> io::Result<bool> {
     file.rewind()?;
-    let mut headers = Counted { inner: io::BufReader::new(file.by_ref().take(EXR_HEADER_BYTES_MAX)), count: 0 };
+    let mut headers = CountingReader { inner: io::BufReader::new(file.by_ref().take(EXR_HEADER_BYTES_MAX)), count: 0 };
     let Ok(meta) = exr::meta::MetaData::read_from_buffered(&mut headers, false) else { return Ok(false) };
     let header_bytes = headers.count;
     drop(headers);
@@ -75,12 +75,12 @@ fn is_whole_exr(file: &mut (impl Read + Seek), length: u64) -> io::Result<bool> 
 }
 
 /// Counts what is read.
-struct Counted<R> {
+struct CountingReader<R> {
     inner: R,
     count: u64,
 }
 
-impl<R: Read> Read for Counted<R> {
+impl<R: Read> Read for CountingReader<R> {
     fn read(&mut self, bytes: &mut [u8]) -> io::Result<usize> {
         let count = self.inner.read(bytes)?;
         self.count += count as u64;

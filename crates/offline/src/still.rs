@@ -1,7 +1,7 @@
 //! Accumulates the samples of one picture and reads it back.
 
 use crate::exr_file::{self, WriteError};
-use crate::exr_header::{Part, PictureInfo};
+use crate::exr_header::{ExrPart, PictureInfo};
 use manypass::{Aov, AovPixels, Averaging, FrameRequest, RenderError, Renderer, View, shutter_position};
 use manypass_scene::Scene;
 use std::io::{Seek, Write};
@@ -281,8 +281,8 @@ pub fn write_exr<W: Write + Seek>(
     request: &FrameRequest,
     info: &PictureInfo,
 ) -> Result<Duration, WriteError<StillError>> {
-    let mut parts = vec![Part::picture()];
-    parts.extend(request.want_aovs.iter().map(|aov| Part::of(*aov)));
+    let mut parts = vec![ExrPart::picture()];
+    parts.extend(request.want_aovs.iter().map(|aov| ExrPart::of(*aov)));
     let mut reading = Duration::ZERO;
     exr_file::write(out, (request.width, request.height), &parts, info, |part, rows| {
         let start = Instant::now();

@@ -2,7 +2,7 @@
 
 use manypass_offline::{camera, manifest};
 use manypass_scene::{Framing, Scene, formats, stage};
-use manypass_testkit::growth::Many;
+use manypass_testkit::growth::GrowthAxis;
 use std::hint::black_box;
 use std::sync::LazyLock;
 use std::time::Instant;
@@ -36,13 +36,13 @@ fn look_at(scene: &mut Scene) {
 }
 
 /// What it takes to read a file of `count` things and to look at it so many times, in seconds.
-fn seconds(many: Many, count: usize, times: usize) -> f64 {
+fn seconds(many: GrowthAxis, count: usize, times: usize) -> f64 {
     let (name, bytes) = (many.file_name(count), many.text(count).into_bytes());
-    let nodes = if many == Many::Items { Many::Nodes.text(count).into_bytes() } else { Vec::new() };
+    let nodes = if many == GrowthAxis::Items { GrowthAxis::Nodes.text(count).into_bytes() } else { Vec::new() };
     let mut resolve = |_: &str| Ok(nodes.clone());
     let start = processor_secs();
     for _ in 0..times {
-        let mut scene = if many == Many::Items {
+        let mut scene = if many == GrowthAxis::Items {
             stage::load_bytes(&bytes, &mut resolve, &name).expect("a stage").scene
         } else {
             formats::load_bytes(&bytes, &mut resolve, &name).expect("a model").scene
@@ -55,7 +55,7 @@ fn seconds(many: Many, count: usize, times: usize) -> f64 {
 #[test]
 fn ten_times_as_many_things_take_ten_times_as_long() {
     let mut wrong = Vec::new();
-    for many in Many::ALL {
+    for many in GrowthAxis::ALL {
         // As often as there are fewer, because systems count what a thread had in ticks of some milliseconds.
         let few_secs = seconds(many, FEW, TIMES) / TIMES as f64;
         let ratio = seconds(many, TIMES * FEW, 1) / few_secs.max(1e-3);

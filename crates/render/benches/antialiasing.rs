@@ -164,7 +164,7 @@ fn write(folder: Option<&str>, name: &str, pictures: &[Picture]) -> Result<(), B
 }
 
 /// What the words of the command line ask for.
-struct Wanted<'w> {
+struct BenchOptions<'w> {
     stride: usize,
     /// Those whose names begin so.
     ways: Option<&'w str>,
@@ -172,7 +172,7 @@ struct Wanted<'w> {
 }
 
 /// Measures the ways of one move.
-fn measure(renderer: &mut Renderer, of: &Move, wanted: &Wanted<'_>) -> Result<Value, Box<dyn Error>> {
+fn measure(renderer: &mut Renderer, of: &Move, wanted: &BenchOptions<'_>) -> Result<Value, Box<dyn Error>> {
     renderer.load(&of.scene)?;
     let frames: Vec<_> = (0..FRAMES).map(|frame| of.at(frame)).collect();
     let compared: Vec<usize> = (0..frames.len()).skip(wanted.stride - 1).step_by(wanted.stride).collect();
@@ -222,7 +222,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().collect();
     let word_after = |flag: &str| words.iter().skip_while(|word| *word != flag).nth(1).map(String::as_str);
     let stride = word_after("--stride").map_or(Ok(STRIDE), str::parse)?.clamp(1, usize::from(FRAMES));
-    let wanted = Wanted { stride, ways: word_after("--ways"), folder: word_after("--pictures") };
+    let wanted = BenchOptions { stride, ways: word_after("--ways"), folder: word_after("--pictures") };
     let mut renderer = Renderer::new(Gpu::headless(None)?)?;
     let mut scenes = vec![measure(&mut renderer, &Move::hall(), &wanted)?];
     let mut skipped = Vec::new();

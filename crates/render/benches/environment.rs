@@ -13,9 +13,9 @@ const TURNS: usize = 3;
 
 /// A cache in memory, which says how much it holds.
 #[derive(Debug, Default)]
-struct Kept(Mutex<HashMap<String, Vec<u8>>>);
+struct MemoryCache(Mutex<HashMap<String, Vec<u8>>>);
 
-impl Cache for Kept {
+impl Cache for MemoryCache {
     fn get(&self, name: &str) -> Option<Vec<u8>> {
         self.0.lock().unwrap_or_else(PoisonError::into_inner).get(name).cloned()
     }
@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Vec3::new(0.3, 0.4, 0.6) * (1.0 + to.y) + Vec3::splat(20.0 * lamps + if to.x > 0.9999 { 9e3 } else { 0.0 })
     });
     let scene = Scene { environment: Some(Arc::new(map)), ..Scene::default() };
-    let kept = Arc::new(Kept::default());
+    let kept = Arc::new(MemoryCache::default());
     let least = |measure: &dyn Fn() -> Result<f64, Box<dyn std::error::Error>>| {
         (0..TURNS).try_fold(f64::MAX, |least, _| measure().map(|ms| least.min(ms)))
     };

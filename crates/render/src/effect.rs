@@ -25,7 +25,7 @@ pub(crate) use fallback::cheaper;
 
 use crate::gbuffer::Gbuffer;
 use crate::record::Recorder;
-use crate::settings::{Settings, SettingsError, Written};
+use crate::settings::{SettingInput, Settings, SettingsError};
 use crate::shader::program::ProgramError;
 use manypass_graph::Handle;
 use std::fmt::Debug;
@@ -88,7 +88,7 @@ pub fn set(
     settings: &mut Settings,
     effects: &mut [EffectFile],
     key: &str,
-    written: &Written,
+    written: &SettingInput,
 ) -> Result<(), SettingsError> {
     if let Some(effect) = effects.iter_mut().find(|effect| effect.has(key)) {
         return effect.give(key, written);
@@ -110,7 +110,7 @@ pub fn set_of_file(
     settings: &mut Settings,
     effects: &mut [EffectFile],
     key: &str,
-    written: &Written,
+    written: &SettingInput,
 ) -> Result<(), SettingsError> {
     let name = key.split_once('.').map_or(key, |(name, _)| name);
     let is_drawn = effects.iter().any(|effect| effect.name() == name);

@@ -212,12 +212,12 @@ pub(crate) struct FisheyeFaces {
 
 /// The rectangle of a side that is looked at, at a distance of 1.
 #[derive(Clone, Copy)]
-struct Seen {
+struct SideRectangle {
     low: DVec2,
     high: DVec2,
 }
 
-impl Seen {
+impl SideRectangle {
     /// The rectangle around two.
     fn and(self, other: Self) -> Self {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
@@ -277,10 +277,13 @@ impl FisheyeFaces {
         let margin = most * half_px.max_element() / steps;
         let of_quarter = OF_QUARTER.map(|side| {
             let places = points.iter().filter_map(|px| seen_by(side, *px, margin));
-            places.map(|place| Seen { low: place, high: place }).reduce(Seen::and).map(|seen| seen.grown(margin))
+            places
+                .map(|place| SideRectangle { low: place, high: place })
+                .reduce(SideRectangle::and)
+                .map(|seen| seen.grown(margin))
         });
-        let seen: Vec<(Side, Seen)> =
-            Side::ALL.into_iter().filter_map(|side| Some((side, Seen::of_side(side, of_quarter)?))).collect();
+        let seen: Vec<(Side, SideRectangle)> =
+            Side::ALL.into_iter().filter_map(|side| Some((side, SideRectangle::of_side(side, of_quarter)?))).collect();
         let rays = f64::from(RAYS_A_SIDE);
         let wanted_px = (RAY_PX_MAX * rays / most).min(DETAIL_PX / least);
         let largest = seen.iter().map(|(_, seen)| seen.extent()).fold(0.0, f64::max);

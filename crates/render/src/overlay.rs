@@ -122,7 +122,7 @@ impl Room {
 
 /// An overlay made ready.
 #[derive(Debug, Default)]
-pub(crate) struct Prepared {
+pub(crate) struct PreparedOverlay {
     /// What draws it; none where nothing of it lies in the picture.
     pub draw: Option<OverlayDraw>,
     /// Bytes that were uploaded.
@@ -177,12 +177,12 @@ impl OverlayState {
         scene: &Scene,
         view: OverlayView<'_>,
         room: Room,
-    ) -> Result<Prepared, OverlayError> {
+    ) -> Result<PreparedOverlay, OverlayError> {
         if view.overlay.items.is_empty() {
             if let Some(former) = std::mem::take(self).ready {
                 destroy(&former.atlas);
             }
-            return Ok(Prepared::default());
+            return Ok(PreparedOverlay::default());
         }
         let mut texture_bytes = 0;
         if let Some(former) = self.ready.take_if(|ready| !Arc::ptr_eq(&ready.overlay, view.overlay)) {
@@ -198,7 +198,7 @@ impl OverlayState {
         };
         let quads = ready.quads(scene, view)?;
         if quads.texels.is_empty() {
-            return Ok(Prepared { draw: None, uploaded_bytes: texture_bytes, texture_bytes });
+            return Ok(PreparedOverlay { draw: None, uploaded_bytes: texture_bytes, texture_bytes });
         }
         let new = || {
             let format = wgpu::TextureFormat::Rgba32Float;
@@ -218,7 +218,7 @@ impl OverlayState {
         };
         // A monitor whose texture is not there is all that there is to draw.
         let draw = Some(draw).filter(|draw| !draw.runs.is_empty());
-        Ok(Prepared { draw, uploaded_bytes: texture_bytes + table_bytes, texture_bytes })
+        Ok(PreparedOverlay { draw, uploaded_bytes: texture_bytes + table_bytes, texture_bytes })
     }
 }
 

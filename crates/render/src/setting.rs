@@ -73,7 +73,7 @@ pub enum SettingsError {
 /// is an array as in a file, or in a file, whose values have types.
 #[derive(Clone, Debug, PartialEq, Deserialize)]
 #[serde(from = "SettingValue")]
-pub enum Written {
+pub enum SettingInput {
     /// One text, of a value of any type.
     Text(String),
     /// The texts of the parts of a list.
@@ -82,7 +82,7 @@ pub enum Written {
     Typed(SettingValue),
 }
 
-impl Written {
+impl SettingInput {
     /// The text, without space around it if it has no type; none of a list.
     pub fn text(&self) -> Option<Cow<'_, str>> {
         match self {
@@ -116,20 +116,20 @@ impl Written {
     }
 }
 
-impl From<&str> for Written {
+impl From<&str> for SettingInput {
     fn from(text: &str) -> Self {
         Self::Text(text.into())
     }
 }
 
-impl From<SettingValue> for Written {
+impl From<SettingValue> for SettingInput {
     fn from(value: SettingValue) -> Self {
         Self::Typed(value)
     }
 }
 
 /// As it stands, but for the quotes of a text that is no part of a list.
-impl Display for Written {
+impl Display for SettingInput {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         match self {
             Self::Text(text) => f.write_str(text.trim()),
@@ -156,7 +156,7 @@ pub trait Group {
     ///
     /// # Errors
     /// No field has that name, or the value is none of its type or outside its range.
-    fn give(&mut self, field: &str, info: &SettingInfo, written: &Written) -> Result<(), SettingsError>;
+    fn give(&mut self, field: &str, info: &SettingInfo, written: &SettingInput) -> Result<(), SettingsError>;
 }
 
 /// A group as a map of its fields.
@@ -173,7 +173,7 @@ pub(crate) fn serialize_group<G: Group, S: Serializer>(group: &G, serializer: S)
 pub(crate) fn deserialize_group<'de, G: Group + Default, D: Deserializer<'de>>(deserializer: D) -> Result<G, D::Error> {
     let infos = G::declared();
     let mut group = G::default();
-    for (field, written) in BTreeMap::<String, Written>::deserialize(deserializer)? {
+    for (field, written) in BTreeMap::<String, SettingInput>::deserialize(deserializer)? {
         let info = infos.iter().find(|info| info.key == field);
         let known = || infos.iter().map(|info| &*info.key);
         let info = info.ok_or_else(|| D::Error::custom(unknown_key(&field, known())))?;

@@ -5,8 +5,8 @@ mod effect;
 mod quality;
 
 pub use crate::setting::{
-    Group, LinearColor, NumberType, Scalar, SettingField, SettingInfo, SettingType, SettingValue, SettingsError,
-    SettingsFile, Switch, Written, schema,
+    Group, LinearColor, NumberType, Scalar, SettingField, SettingInfo, SettingInput, SettingType, SettingValue,
+    SettingsError, SettingsFile, Switch, schema,
 };
 
 use crate::diagnostic::Diagnostic;
@@ -91,7 +91,7 @@ compose! {
 /// unless that stands there as well.
 impl<'de> Deserialize<'de> for Settings {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        let groups = BTreeMap::<String, BTreeMap<String, Written>>::deserialize(deserializer)?;
+        let groups = BTreeMap::<String, BTreeMap<String, SettingInput>>::deserialize(deserializer)?;
         let mut settings = Self::default();
         let mut written = Vec::new();
         for (group, fields) in groups {
@@ -114,7 +114,7 @@ const CHAIN: (&str, &str) = ("chain", "effects.chain");
 
 impl Settings {
     /// The chain of effects that `written` finds under one of the two names of that setting.
-    pub fn chain_of<'w>(written: impl Fn(&str) -> Option<&'w Written>) -> Option<Vec<String>> {
+    pub fn chain_of<'w>(written: impl Fn(&str) -> Option<&'w SettingInput>) -> Option<Vec<String>> {
         let written = written(CHAIN.0).or_else(|| written(CHAIN.1))?;
         // What is no list of texts is told where all settings are read.
         <Vec<String> as SettingField>::read(written)
@@ -155,7 +155,7 @@ impl Settings {
     ///
     /// # Errors
     /// An unknown key, or a value of another type or outside its range.
-    pub fn give(&mut self, key: &str, written: &Written) -> Result<(), SettingsError> {
+    pub fn give(&mut self, key: &str, written: &SettingInput) -> Result<(), SettingsError> {
         let key = if key == CHAIN.0 { CHAIN.1 } else { current(NameKind::Setting, key) };
         let info = Self::declared().iter().find(|info| info.key == key);
         let group = key.split_once('.').and_then(|(group, field)| Some((self.group(group)?, field)));

@@ -2,10 +2,10 @@
 
 use crate::diagnostic::Diagnostic;
 use crate::effect::{self, EffectFile};
-use crate::setting::{SettingsFile, Written, color_schema, deprecated, schema, unknown_key};
+use crate::setting::{SettingInput, SettingsFile, color_schema, deprecated, schema, unknown_key};
 use crate::settings::{Settings, SettingsError};
 use manypass_scene::Stage;
-use manypass_scene::renamed::{NameKind, RENAMED, Renamed};
+use manypass_scene::renamed::{NameChange, NameKind, RENAMED};
 use manypass_scene::stage::keys::{SETTINGS_TABLES, StageKey, StageTable, StageType, TABLES};
 use serde_json::{Map, Value, json};
 
@@ -27,7 +27,7 @@ impl Settings {
             let setting = if key == COLOR.0 { COLOR.1 } else { key };
             // Paths in a stage are seen from its folder.
             let name = written.text().filter(|name| FILES.contains(&key) && !name.is_empty());
-            let path = name.map(|name| Written::Text(stage.path_of(&name).to_string_lossy().into_owned()));
+            let path = name.map(|name| SettingInput::Text(stage.path_of(&name).to_string_lossy().into_owned()));
             let given = effect::set_of_file(self, effects, setting, path.as_ref().unwrap_or(written));
             given.map_err(|error| match error {
                 SettingsError::UnknownKey { key, .. } => {
@@ -48,7 +48,7 @@ impl Settings {
     }
 
     /// The older names that a stage uses, those of settings, too: each once.
-    pub fn stage_older_names(stage: &Stage) -> Vec<&'static Renamed> {
+    pub fn stage_older_names(stage: &Stage) -> Vec<&'static NameChange> {
         let of_settings = settings_of(stage).map(|file| file.older_names()).unwrap_or_default();
         stage.older_names().iter().copied().chain(of_settings).collect()
     }
@@ -118,7 +118,7 @@ fn described(mut schema: Value, doc: &str) -> Value {
 }
 
 /// The older names of what is called `name` today.
-fn renamed_to(kind: NameKind, name: &str) -> impl Iterator<Item = &'static Renamed> {
+fn renamed_to(kind: NameKind, name: &str) -> impl Iterator<Item = &'static NameChange> {
     RENAMED.iter().filter(move |row| row.kind == kind && row.name == name)
 }
 

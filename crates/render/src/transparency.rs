@@ -167,7 +167,7 @@ fn distances<'b>(view: &PreparedView, boxes: impl Iterator<Item = &'b Aabb>) -> 
 
 /// Blended surfaces that are to be drawn, or have been, with what they are drawn into.
 #[derive(Debug)]
-pub struct Blended {
+pub struct BlendTargets {
     /// Which way.
     pub mode: TransparencyMode,
     /// The picture, which sums leave as it is.
@@ -178,7 +178,7 @@ pub struct Blended {
     pub sums: Option<[Handle; 2]>,
 }
 
-impl Blended {
+impl BlendTargets {
     /// Over `radiance`, behind what `depth` holds. Where pairs are counted, the way is none of it.
     pub fn new(r: &mut Recorder<'_, '_>, mode: TransparencyMode, radiance: Handle, depth: Handle) -> Self {
         let mode = if r.view.counts_pairs() { TransparencyMode::Sorted } else { mode };

@@ -6,7 +6,7 @@
 use crate::common::{floats, ids, inner_pixels, plain_request, renderer};
 use glam::{DVec2, DVec3, Mat4, Quat, Vec3, Vec4};
 use manypass::{Aov, Averaging, Exposure, FrameRequest, Path, Pose, Renderer, View, WgslEffect};
-use manypass_scene::material::Mapped;
+use manypass_scene::material::TexturedFactor;
 use manypass_scene::{
     AlphaMode, Camera, Material, Mesh, MorphTarget, Node, NodeId, Primitive, Projection, Scene, ShadingModel, Skin,
     primitives,
@@ -364,7 +364,7 @@ fn a_pose_of_another_scene_does_no_harm() {
 fn variables_show_what_is_met_first_where_that_is_asked_for() {
     let mut scene = flat_scene();
     let of = |alpha_mode| Material { alpha_mode, double_sided: true, ..Material::default() };
-    let transmission = Some(Mapped::new(1.0));
+    let transmission = Some(TexturedFactor::new(1.0));
     scene.materials =
         vec![of(AlphaMode::Opaque), of(AlphaMode::Blend), Material { transmission, ..of(AlphaMode::Opaque) }];
     let behind = add_square(&mut scene, |square| square.material = Some(0));

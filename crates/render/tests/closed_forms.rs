@@ -6,7 +6,7 @@
 use crate::common::{plain_request, renderer};
 use glam::{DVec3, Quat, Vec3};
 use manypass::{Environment, Path, Renderer};
-use manypass_scene::material::{Anisotropy, Iridescence, Mapped};
+use manypass_scene::material::{Anisotropy, Iridescence, TexturedFactor};
 use manypass_scene::{
     AlphaMode, Light, LightKind, Material, Node, Primitive, Projection, Scene, ShadingModel, primitives,
 };
@@ -190,7 +190,8 @@ fn a_film_on_metal_reflects_as_airys_formula_says() {
     for f0 in [0.5f32, 0.9] {
         let mut all = Vec::new();
         for (ior, thickness_max_nm) in films {
-            let film = Iridescence { weight: Mapped::new(1.0), ior, thickness_max_nm, ..Iridescence::default() };
+            let film =
+                Iridescence { weight: TexturedFactor::new(1.0), ior, thickness_max_nm, ..Iridescence::default() };
             let material =
                 Material { metallic_factor: 1.0, roughness_factor: 0.0, iridescence: Some(film), ..grey(f0) };
             let mut builder = seen_from_above();

@@ -56,18 +56,18 @@ fn boxes(lamp: Light, place: Vec3) -> Scene {
 /// Of the floor's pixels, how many are lit where the ray caster has shadow (leaks), and how many are dark where it has
 /// none (false), beside how many it has of both.
 #[derive(Debug, Default)]
-struct Wrong {
+struct WrongPixels {
     shadowed: usize,
     leaks: usize,
     lit: usize,
     dark: usize,
 }
 
-fn compare(world: &World, found: &[Option<f32>]) -> Wrong {
+fn compare(world: &World, found: &[Option<f32>]) -> WrongPixels {
     let frame = surfaces(world);
     let hard = Options { light_samples_per_axis: 0, ..Options::default() };
     let is_lit = |position: DVec3| world.visibility_at(0, position, hard) > 0.5;
-    let mut wrong = Wrong::default();
+    let mut wrong = WrongPixels::default();
     for pixel in inner_pixels(&frame.object_id, (frame.width, frame.height)) {
         let position = frame.position_world[pixel];
         let Some(share) = found[pixel] else { continue };

@@ -72,13 +72,13 @@ fn texture(scene: &mut Scene, side: u32, texel: [u8; 4]) -> TextureRef {
 }
 
 /// A picture with its legend.
-struct Shown {
+struct DebugPicture {
     width: usize,
     rgba8: Vec<u8>,
     legend: Vec<LegendEntry>,
 }
 
-impl Shown {
+impl DebugPicture {
     fn color(&self, x: usize, y: usize) -> [u8; 3] {
         self.rgba8[(y * self.width + x) * 4..][..3].try_into().unwrap()
     }
@@ -105,13 +105,13 @@ fn request(scene: &mut Scene, size: (u32, u32), view: &str) -> FrameRequest {
 }
 
 /// Loads and draws the scene; the picture is that which every caller gets.
-fn shown(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> Shown {
+fn shown(renderer: &mut Renderer, scene: &Scene, request: &FrameRequest) -> DebugPicture {
     renderer.load(scene).unwrap();
     renderer.render(scene, request).unwrap();
     let rgba8 = renderer.read_display().unwrap();
     let passes = renderer.passes(scene, request).unwrap();
     let legend = passes.into_iter().find(|picture| picture.name.starts_with("debug >")).unwrap().legend;
-    Shown { width: request.width as usize, rgba8, legend }
+    DebugPicture { width: request.width as usize, rgba8, legend }
 }
 
 #[test]

@@ -9,13 +9,13 @@ use manypass_scene::Scene;
 use std::sync::Arc;
 
 /// Pictures that effects make of an expression of `p`, the place of the pixel's middle, which gives radiance.
-struct Drawn {
+struct EffectPictures {
     renderer: Renderer,
     scene: Scene,
     size: (u32, u32),
 }
 
-impl Drawn {
+impl EffectPictures {
     fn new(size: (u32, u32)) -> Self {
         let (mut renderer, scene) = (renderer(), flat_scene().finish());
         renderer.load(&scene).unwrap();
@@ -60,7 +60,7 @@ const PLAIN_FILM: [&str; 4] = ["tint=1,1,1", "vignette=0", "saturation=1", "grai
 #[test]
 fn film_without_colour_is_grey_and_corners_fall_dark_by_the_square_of_the_distance() {
     let (width, height) = (90usize, 60usize);
-    let mut drawn = Drawn::new((width as u32, height as u32));
+    let mut drawn = EffectPictures::new((width as u32, height as u32));
     let film = |settings: &[&'static str]| [&PLAIN_FILM[..], settings].concat();
     let colors = "vec3f(0.6 * p.x / 90.0, 0.5 * p.y / 60.0, 0.3)";
     let grey = drawn.display(colors, &[("film", &film(&["saturation=0"]))]);
@@ -91,7 +91,7 @@ fn film_without_colour_is_grey_and_corners_fall_dark_by_the_square_of_the_distan
 #[test]
 fn grain_has_its_deviation_in_the_middle_tones_and_no_mean() {
     let (width, height) = (160u32, 128u32);
-    let mut drawn = Drawn::new((width, height));
+    let mut drawn = EffectPictures::new((width, height));
     let film = [&PLAIN_FILM[..3], &["grain=5"]].concat();
     let plain = drawn.display("vec3f(0.25)", &[]);
     let grained = drawn.display("vec3f(0.25)", &[("film", &film)]);
@@ -120,7 +120,7 @@ fn grain_has_its_deviation_in_the_middle_tones_and_no_mean() {
 #[test]
 fn glow_adds_light_around_what_is_brighter_than_its_threshold_alone() {
     let size = 128usize;
-    let mut drawn = Drawn::new((size as u32, size as u32));
+    let mut drawn = EffectPictures::new((size as u32, size as u32));
     let spot = |radiance: f32| format!("vec3f(select(0.1, {radiance:?}, all(abs(p - 64.0) < vec2f(8.0))))");
     // Below the threshold nothing changes.
     for radiance in [0.5, 0.79] {
@@ -142,7 +142,7 @@ fn glow_adds_light_around_what_is_brighter_than_its_threshold_alone() {
 #[test]
 fn sharpening_leaves_flat_areas_alone_and_makes_edges_steeper() {
     let (width, height) = (64usize, 16usize);
-    let mut drawn = Drawn::new((width as u32, height as u32));
+    let mut drawn = EffectPictures::new((width as u32, height as u32));
     // Over four columns from dark to bright.
     let edge = "vec3f(mix(0.1, 0.5, smoothstep(30.0, 34.0, p.x)))";
     let plain = drawn.display(edge, &[]);

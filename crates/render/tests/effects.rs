@@ -16,9 +16,9 @@ fn effect(renderer: &Renderer, body: &str) -> Result<WgslEffect, String> {
 
 /// Shows red where radiance was, and says so.
 #[derive(Debug)]
-struct Reddened;
+struct RedPass;
 
-impl manypass::Effect for Reddened {
+impl manypass::Effect for RedPass {
     fn record<'f>(
         &'f self,
         r: &mut manypass::Recorder<'_, 'f>,
@@ -41,7 +41,7 @@ fn the_picture_of_a_pass_has_the_legend_that_the_pass_declares() {
     let mut renderer = common::renderer();
     renderer.load(&scene).unwrap();
     let mut request = common::plain_request(&scene, (16, 16));
-    request.effects = vec![Arc::new(Reddened)];
+    request.effects = vec![Arc::new(RedPass)];
     let pictures = renderer.passes(&scene, &request).unwrap();
     let (with, without): (Vec<_>, Vec<_>) = pictures.iter().partition(|picture| !picture.legend.is_empty());
     let [reddened] = &with[..] else { panic!("{} legends", with.len()) };

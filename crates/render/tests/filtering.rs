@@ -5,7 +5,7 @@
 use crate::common::{floats, plain_request, renderer};
 use glam::{Quat, Vec3};
 use manypass::{Aov, Averaging, Gpu, Renderer};
-use manypass_scene::material::{Clearcoat, Mapped};
+use manypass_scene::material::{Clearcoat, TexturedFactor};
 use manypass_scene::{
     Camera, Image, ImageSource, Material, Mesh, Node, PixelFormat, Pixels, Projection, Sampler, Scene, ShadingModel,
     Texture, TextureRef, TextureTransform, Wrap, primitives,
@@ -297,7 +297,7 @@ fn textures_that_stay_compressed_look_the_same_in_a_quarter_of_the_memory() {
 fn lacquered(scene: &mut Scene, weight: usize, roughness: usize) {
     let map = |texture| {
         let texture = TextureRef { texture, uv_set: 0, transform: TextureTransform::default() };
-        Mapped { factor: 1.0, texture: Some(texture) }
+        TexturedFactor { factor: 1.0, texture: Some(texture) }
     };
     scene.materials[0] = Material {
         name: "lacquer".into(),

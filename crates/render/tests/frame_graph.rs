@@ -6,7 +6,7 @@ use manypass::gpu::Floor;
 use manypass::graph::{
     ColorLoad, DepthLoad, Executor, Export, Graph, Limits, Plan, Run, RunOptions, Taps, TextureDesc, Timing,
 };
-use manypass::scene::material::{Mapped, Volume};
+use manypass::scene::material::{TexturedFactor, Volume};
 use manypass::{
     Aov, DebugView, Environment, FogMode, FrameRequest, Gpu, Path, PixelSamples, Renderer, TransparencyMode, scene,
 };
@@ -323,8 +323,8 @@ fn live_times_come_without_waiting() {
 fn three_of_glass() -> scene::Scene {
     let projection = scene::Projection::Perspective { fov_y_rad: 0.7, near_m: 0.1, far_m: None };
     let mut builder = SceneBuilder::new(Vec3::Z * 5.0, Vec3::ZERO, projection);
-    let volume = Some(Volume { thickness: Mapped::new(1.0), ..Volume::default() });
-    let glass = scene::Material { transmission: Some(Mapped::new(1.0)), volume, ..grey(1.0) };
+    let volume = Some(Volume { thickness: TexturedFactor::new(1.0), ..Volume::default() });
+    let glass = scene::Material { transmission: Some(TexturedFactor::new(1.0)), volume, ..grey(1.0) };
     for z_m in [0.0, -1.5, -3.0] {
         builder.put(scene::primitives::uv_sphere(0.5, 8, 4), glass.clone(), at(Vec3::Z * z_m));
     }

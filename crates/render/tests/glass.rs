@@ -7,7 +7,7 @@ use crate::common::{plain_request, renderer};
 use glam::{Quat, Vec3, Vec4};
 use manypass::gpu::Floor;
 use manypass::{Background, Exposure, FrameRequest, Gpu, Path, PixelSamples, Renderer};
-use manypass_scene::material::{Mapped, Specular, Volume};
+use manypass_scene::material::{Specular, TexturedFactor, Volume};
 use manypass_scene::{Aabb, Material, Node, Primitive, Projection, Scene, ShadingModel, primitives};
 use manypass_testkit::build::{SceneBuilder, at};
 use std::f32::consts::FRAC_PI_2;
@@ -26,9 +26,10 @@ fn glass(color: [f32; 3], thickness_m: f32) -> Material {
         base_color_factor: Vec3::from(color).extend(1.0),
         metallic_factor: 0.0,
         roughness_factor: 0.0,
-        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
-        transmission: Some(Mapped::new(1.0)),
-        volume: (thickness_m > 0.0).then(|| Volume { thickness: Mapped::new(thickness_m), ..Volume::default() }),
+        specular: Some(Specular { weight: TexturedFactor::new(0.0), ..Specular::default() }),
+        transmission: Some(TexturedFactor::new(1.0)),
+        volume: (thickness_m > 0.0)
+            .then(|| Volume { thickness: TexturedFactor::new(thickness_m), ..Volume::default() }),
         ..Material::default()
     }
 }

@@ -6,7 +6,7 @@
 
 use crate::common::renderer;
 use glam::{Mat4, Vec3};
-use manypass::scene::material::{DiffuseTransmission, Mapped, Specular, Volume};
+use manypass::scene::material::{DiffuseTransmission, Specular, TexturedFactor, Volume};
 use manypass::scene::primitives::cube;
 use manypass::scene::{AlphaMode, Material, Mesh, Node, Projection, Scene};
 use manypass::{
@@ -22,15 +22,15 @@ fn pane(color: [f32; 3]) -> Material {
         base_color_factor: [r, g, b, 1.0].into(),
         metallic_factor: 0.0,
         roughness_factor: 0.0,
-        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
-        transmission: Some(Mapped::new(1.0)),
+        specular: Some(Specular { weight: TexturedFactor::new(0.0), ..Specular::default() }),
+        transmission: Some(TexturedFactor::new(1.0)),
         ..Material::default()
     }
 }
 
 fn volume() -> Option<Volume> {
     let attenuation_color = Vec3::new(0.5, 0.25, 0.9);
-    Some(Volume { thickness: Mapped::new(0.5), attenuation_distance_m: 0.5, attenuation_color })
+    Some(Volume { thickness: TexturedFactor::new(0.5), attenuation_distance_m: 0.5, attenuation_color })
 }
 
 const RED: [f32; 3] = [0.9, 0.2, 0.05];
@@ -41,19 +41,19 @@ fn cases() -> Vec<(&'static str, Vec<Material>, [f32; 3])> {
     let covers = |color: [f32; 4]| Material {
         base_color_factor: color.into(),
         metallic_factor: 0.0,
-        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
+        specular: Some(Specular { weight: TexturedFactor::new(0.0), ..Specular::default() }),
         alpha_mode: AlphaMode::Blend,
         ..Material::default()
     };
     let half = |all: [f32; 3]| all.map(|share| 0.5 * share);
     let both = [0, 1, 2].map(|at| RED[at] * GREEN[at]);
     let through_volume = [0.5, 0.25, 0.9];
-    let leaf = DiffuseTransmission { weight: Mapped::new(1.0), color: Mapped::new(Vec3::ONE) };
+    let leaf = DiffuseTransmission { weight: TexturedFactor::new(1.0), color: TexturedFactor::new(Vec3::ONE) };
     vec![
         ("red", vec![pane(RED)], RED),
         ("grey", vec![pane([0.7; 3])], [0.7; 3]),
         ("rough", vec![Material { roughness_factor: 0.5, ..pane(RED) }], RED),
-        ("half of light", vec![Material { transmission: Some(Mapped::new(0.5)), ..pane(RED) }], half(RED)),
+        ("half of light", vec![Material { transmission: Some(TexturedFactor::new(0.5)), ..pane(RED) }], half(RED)),
         ("volume", vec![Material { volume: volume(), ..pane([1.0; 3]) }], through_volume),
         ("dispersion", vec![Material { volume: volume(), dispersion: 1.0, ..pane([1.0; 3]) }], through_volume),
         (

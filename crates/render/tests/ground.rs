@@ -8,7 +8,8 @@ use glam::{Mat4, Quat, Vec2, Vec3};
 use manypass::{Aov, Averaging, Background, Environment, FrameRequest, Ground, Path, Renderer, Tonemap, View};
 use manypass_scene::material::Specular;
 use manypass_scene::{
-    AlphaMode, EnvironmentMap, Light, LightKind, Mapped, Material, Mesh, Node, Primitive, Projection, Scene, primitives,
+    AlphaMode, EnvironmentMap, Light, LightKind, Material, Mesh, Node, Primitive, Projection, Scene, TexturedFactor,
+    primitives,
 };
 use std::f32::consts::{FRAC_PI_2, TAU};
 
@@ -293,7 +294,7 @@ fn glass_ball(middle_m: f32, base_color: Vec3) -> Scene {
         base_color_factor: base_color.extend(1.0),
         metallic_factor: 0.0,
         roughness_factor: 0.0,
-        transmission: Some(Mapped::new(1.0)),
+        transmission: Some(TexturedFactor::new(1.0)),
         ..Material::default()
     };
     scene
@@ -372,7 +373,7 @@ fn the_shadow_does_not_jump_on_a_turntable() {
 fn behind_pane(material: Material) -> Scene {
     let mut scene = scene(2.0);
     light_from_the_left(&mut scene);
-    let specular = Some(Specular { weight: Mapped::new(0.0), ..Specular::default() });
+    let specular = Some(Specular { weight: TexturedFactor::new(0.0), ..Specular::default() });
     scene.materials.push(Material { metallic_factor: 0.0, roughness_factor: 0.0, specular, ..material });
     let pane = Primitive { material: Some(1), ..primitives::cube(Vec3::new(1.5, 3.0, 0.02)) };
     scene.meshes.push(Mesh { primitives: vec![pane], ..Mesh::default() }.into());
@@ -397,7 +398,7 @@ fn a_shadow_is_seen_through_glass_as_it_is() {
     };
     let glass = |color: Vec3| Material {
         base_color_factor: color.extend(1.0),
-        transmission: Some(Mapped::new(1.0)),
+        transmission: Some(TexturedFactor::new(1.0)),
         ..Material::default()
     };
     let nothing =

@@ -9,7 +9,7 @@ use crate::common::shadows::light;
 use glam::{Mat4, Quat, Vec3, Vec4};
 use manypass::{Averaging, Background, Environment, FrameRequest, Ground, Tonemap, View};
 use manypass_scene::material::Specular;
-use manypass_scene::{AlphaMode, LightKind, Mapped, Material, Node, Projection, Scene, primitives};
+use manypass_scene::{AlphaMode, LightKind, Material, Node, Projection, Scene, TexturedFactor, primitives};
 use manypass_testkit::build::{SceneBuilder, at, grey};
 use std::f32::consts::{FRAC_PI_2, FRAC_PI_6};
 
@@ -22,7 +22,7 @@ const ROWS_ABOVE: usize = 56;
 fn behind_pane(pane: Material) -> Scene {
     let mut builder = SceneBuilder::default();
     builder.put(primitives::cube(Vec3::ONE), grey(0.8), at(Vec3::new(0.0, 0.5, 0.0)));
-    let specular = Some(Specular { weight: Mapped::new(0.0), ..Specular::default() });
+    let specular = Some(Specular { weight: TexturedFactor::new(0.0), ..Specular::default() });
     let pane = Material { metallic_factor: 0.0, roughness_factor: 0.0, specular, casts_shadow: false, ..pane };
     let node = Node { rotation: Quat::from_rotation_y(FRAC_PI_6), ..at(Vec3::new(0.4, 1.51, 0.9)) };
     builder.put(primitives::cube(Vec3::new(2.5, 3.0, 0.02)), pane, node);
@@ -30,7 +30,11 @@ fn behind_pane(pane: Material) -> Scene {
 }
 
 fn glass(color: Vec3) -> Material {
-    Material { base_color_factor: color.extend(1.0), transmission: Some(Mapped::new(1.0)), ..Material::default() }
+    Material {
+        base_color_factor: color.extend(1.0),
+        transmission: Some(TexturedFactor::new(1.0)),
+        ..Material::default()
+    }
 }
 
 #[test]

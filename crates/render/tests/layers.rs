@@ -7,7 +7,7 @@ use glam::{Vec3, Vec4};
 use manypass::gpu::Floor;
 use manypass::{Background, Environment, FrameRequest, Gpu, Path, Renderer};
 use manypass_scene::material::{
-    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Mapped, Material, Sheen, Specular, Volume,
+    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Material, Sheen, Specular, TexturedFactor, Volume,
 };
 use manypass_scene::{
     AlphaMode, Image, ImageSource, MorphTarget, PixelFormat, Pixels, Projection, Sampler, Scene, ShadingModel, Skin,
@@ -24,26 +24,34 @@ fn white() -> Material {
 }
 
 fn coat(roughness: f32) -> Clearcoat {
-    Clearcoat { weight: Mapped::new(1.0), roughness: Mapped::new(roughness), normal_texture: None, normal_scale: 1.0 }
+    Clearcoat {
+        weight: TexturedFactor::new(1.0),
+        roughness: TexturedFactor::new(roughness),
+        normal_texture: None,
+        normal_scale: 1.0,
+    }
 }
 
 fn sheen(color: f32, roughness: f32) -> Sheen {
-    Sheen { color: Mapped::new(Vec3::splat(color)), roughness: Mapped::new(roughness) }
+    Sheen { color: TexturedFactor::new(Vec3::splat(color)), roughness: TexturedFactor::new(roughness) }
 }
 
 fn scattering(weight: f32) -> DiffuseTransmission {
-    DiffuseTransmission { weight: Mapped::new(weight), color: Mapped::new(Vec3::ONE) }
+    DiffuseTransmission { weight: TexturedFactor::new(weight), color: TexturedFactor::new(Vec3::ONE) }
 }
 
 /// Every layer on white, alone and together; and the least of the light that it may keep, of dielectrics and of metals.
 /// Each of them lets all of it out again but a film and coloured specular light: glTF takes the greatest of the three
 /// colours from what enters the surface below.
 fn models() -> Vec<(&'static str, Material, [f32; 2])> {
-    let specular =
-        Specular { weight: Mapped::new(0.4), color: Mapped::new(Vec3::new(1.0, 0.5, 2.0)), glossiness: None };
-    let film = Iridescence { weight: Mapped::new(1.0), ..Iridescence::default() };
-    let glass = Material { transmission: Some(Mapped::new(1.0)), ..white() };
-    let volume = Volume { thickness: Mapped::new(0.3), ..Volume::default() };
+    let specular = Specular {
+        weight: TexturedFactor::new(0.4),
+        color: TexturedFactor::new(Vec3::new(1.0, 0.5, 2.0)),
+        glossiness: None,
+    };
+    let film = Iridescence { weight: TexturedFactor::new(1.0), ..Iridescence::default() };
+    let glass = Material { transmission: Some(TexturedFactor::new(1.0)), ..white() };
+    let volume = Volume { thickness: TexturedFactor::new(0.3), ..Volume::default() };
     vec![
         ("plain", white(), [1.0; 2]),
         ("clear coat", Material { clearcoat: Some(coat(0.1)), ..white() }, [1.0; 2]),
@@ -56,7 +64,7 @@ fn models() -> Vec<(&'static str, Material, [f32; 2])> {
         ),
         (
             "grey specular",
-            Material { specular: Some(Specular { color: Mapped::new(Vec3::ONE), ..specular }), ..white() },
+            Material { specular: Some(Specular { color: TexturedFactor::new(Vec3::ONE), ..specular }), ..white() },
             [1.0; 2],
         ),
         ("coloured specular", Material { specular: Some(specular), ..white() }, [0.93, 1.0]),
@@ -77,7 +85,7 @@ fn models() -> Vec<(&'static str, Material, [f32; 2])> {
             "specular and glossiness",
             Material {
                 specular: Some(Specular {
-                    color: Mapped::new(Vec3::splat(25.0)),
+                    color: TexturedFactor::new(Vec3::splat(25.0)),
                     glossiness: Some(0.6),
                     ..Specular::default()
                 }),
@@ -156,7 +164,7 @@ fn lights_from_everywhere_are_an_even_environment_for_layers() {
         })
         .collect();
     let black = Material { base_color_factor: Vec3::ZERO.extend(1.0), ..white() };
-    let film = Iridescence { weight: Mapped::new(1.0), ..Iridescence::default() };
+    let film = Iridescence { weight: TexturedFactor::new(1.0), ..Iridescence::default() };
     let stretched = Anisotropy { strength: 0.5, ..Anisotropy::default() };
     let metal = Material { metallic_factor: 1.0, ..white() };
     let cases = [
@@ -167,7 +175,7 @@ fn lights_from_everywhere_are_an_even_environment_for_layers() {
         ("a leaf", Material { diffuse_transmission: Some(scattering(0.5)), ..white() }, 0.07),
         (
             "specular",
-            Material { specular: Some(Specular { weight: Mapped::new(0.5), ..Specular::default() }), ..black },
+            Material { specular: Some(Specular { weight: TexturedFactor::new(0.5), ..Specular::default() }), ..black },
             0.03,
         ),
         // Compensation is that of lobes that are round.
@@ -203,8 +211,8 @@ fn glass_shows_what_lies_behind_in_its_colour() {
     let test = scenes::rows_of_spheres();
     let material = Material {
         base_color_factor: Vec4::new(0.25, 0.5, 1.0, 1.0),
-        transmission: Some(Mapped::new(1.0)),
-        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
+        transmission: Some(TexturedFactor::new(1.0)),
+        specular: Some(Specular { weight: TexturedFactor::new(0.0), ..Specular::default() }),
         ..white()
     };
     let scene = dressed(test.scene, &material);
@@ -263,7 +271,7 @@ fn panes() -> Scene {
     let pane = |color: Vec3| Material {
         base_color_factor: color.extend(1.0),
         roughness_factor: 0.0,
-        transmission: Some(Mapped::new(1.0)),
+        transmission: Some(TexturedFactor::new(1.0)),
         ..white()
     };
     builder.put(primitives::plane(1.0), pane(Vec3::new(0.2, 0.9, 0.3)), at(Vec3::new(0.25, 0.0, 0.0)));

@@ -7,7 +7,7 @@ use crate::common::plain_request;
 use crate::common::shadows::{perspective, radiance, shared};
 use glam::{Quat, Vec3};
 use manypass::{Averaging, Environment, FrameRequest, Path, Renderer, Resolution, Settings};
-use manypass_scene::material::{Clearcoat, Mapped, Sheen, Specular};
+use manypass_scene::material::{Clearcoat, Sheen, Specular, TexturedFactor};
 use manypass_scene::{Material, Node, Scene, ShadingModel, primitives};
 use manypass_testkit::build::{SceneBuilder, grey};
 use std::f32::consts::FRAC_PI_2;
@@ -23,15 +23,23 @@ fn plain(albedo: f32, roughness_factor: f32) -> Material {
 }
 
 fn specular(weight: f32, color: f32) -> Option<Specular> {
-    Some(Specular { weight: Mapped::new(weight), color: Mapped::new(Vec3::splat(color)), glossiness: None })
+    Some(Specular {
+        weight: TexturedFactor::new(weight),
+        color: TexturedFactor::new(Vec3::splat(color)),
+        glossiness: None,
+    })
 }
 
 fn coat(weight: f32, roughness: f32) -> Option<Clearcoat> {
-    Some(Clearcoat { weight: Mapped::new(weight), roughness: Mapped::new(roughness), ..Clearcoat::default() })
+    Some(Clearcoat {
+        weight: TexturedFactor::new(weight),
+        roughness: TexturedFactor::new(roughness),
+        ..Clearcoat::default()
+    })
 }
 
 fn sheen(color: f32, roughness: f32) -> Option<Sheen> {
-    Some(Sheen { color: Mapped::new(Vec3::splat(color)), roughness: Mapped::new(roughness) })
+    Some(Sheen { color: TexturedFactor::new(Vec3::splat(color)), roughness: TexturedFactor::new(roughness) })
 }
 
 /// A floor, and behind it a wall that glows.

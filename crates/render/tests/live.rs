@@ -10,8 +10,9 @@ use manypass::{Aov, Averaging, Environment, FrameRequest, Ground, Path, Renderer
 use manypass_scene::image::ImageSource;
 use manypass_scene::material::{Clearcoat, HeightMap, HeightMethod};
 use manypass_scene::{
-    AlphaMode, Camera, Image, Light, LightKind, Mapped, Material, Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels,
-    Primitive, Projection, Scene, ShadingModel, Skin, Texture, TextureRef, TextureTransform, primitives,
+    AlphaMode, Camera, Image, Light, LightKind, Material, Mesh, MorphTarget, Node, NodeId, PixelFormat, Pixels,
+    Primitive, Projection, Scene, ShadingModel, Skin, Texture, TextureRef, TextureTransform, TexturedFactor,
+    primitives,
 };
 use manypass_testkit::scenes;
 use std::sync::Arc;
@@ -207,8 +208,8 @@ fn edits() -> Vec<Edit> {
         (
             "gives a material a clear coat with a map",
             |studio| {
-                let map = Mapped { factor: 1.0, texture: reference(0) };
-                let roughness = Mapped::new(0.1);
+                let map = TexturedFactor { factor: 1.0, texture: reference(0) };
+                let roughness = TexturedFactor::new(0.1);
                 studio.scene.materials[1].clearcoat =
                     Some(Clearcoat { weight: map, roughness, normal_texture: None, normal_scale: 1.0 });
             },
@@ -216,7 +217,7 @@ fn edits() -> Vec<Edit> {
         ),
         (
             "makes a material of glass",
-            |studio| studio.scene.materials[0].transmission = Some(Mapped::new(0.9)),
+            |studio| studio.scene.materials[0].transmission = Some(TexturedFactor::new(0.9)),
             MATERIAL_BYTES + LAYER_BYTES + REORDERED,
         ),
         (

@@ -8,8 +8,8 @@ use glam::{Vec3, Vec4};
 use manypass::{FrameRequest, Path, View};
 use manypass_scene::material::{Anisotropy, Clearcoat, HeightMap, HeightMethod, Iridescence, Sheen, Specular};
 use manypass_scene::{
-    Image, ImageSource, Levels, Mapped, Material, Mesh, Node, PixelFormat, Pixels, Projection, Scene, Texture,
-    TextureRef, TextureTransform, primitives,
+    Image, ImageSource, Levels, Material, Mesh, Node, PixelFormat, Pixels, Projection, Scene, Texture, TextureRef,
+    TextureTransform, TexturedFactor, primitives,
 };
 use manypass_testkit::compare::{assert_looks_same, flip};
 use std::sync::Arc;
@@ -44,8 +44,8 @@ fn coated() -> Scene {
     scene.images.push(Image { name: String::new(), source: ImageSource::Pixels(pixels.into()) });
     scene.textures.push(Texture { image: 0, sampler: Default::default() });
     let reference = TextureRef { texture: 0, uv_set: 0, transform: TextureTransform::default() };
-    let weight = Mapped::new(0.5);
-    let coat = Clearcoat { weight, roughness: Mapped::new(0.3), normal_texture: None, normal_scale: 1.0 };
+    let weight = TexturedFactor::new(0.5);
+    let coat = Clearcoat { weight, roughness: TexturedFactor::new(0.3), normal_texture: None, normal_scale: 1.0 };
     scene.materials[0].normal_texture = Some(reference);
     scene.materials[0].clearcoat = Some(coat);
     scene.update_transforms();
@@ -100,19 +100,19 @@ fn what_is_seen_smaller_does_without_layers() {
     (without.normal_texture, without.clearcoat) = (None, None);
     let without = scene.clone();
     let material = &mut scene.materials[0];
-    material.sheen = Some(Sheen { color: Mapped::new(Vec3::splat(0.3)), roughness: Mapped::new(0.4) });
+    material.sheen = Some(Sheen { color: TexturedFactor::new(Vec3::splat(0.3)), roughness: TexturedFactor::new(0.4) });
     switch_at(8.0, &scene, &without, 0.12);
     let mut scene = without.clone();
     let material = &mut scene.materials[0];
     material.anisotropy = Some(Anisotropy { strength: 0.8, ..Anisotropy::default() });
     switch_at(8.0, &scene, &without, 0.08);
     let mut scene = without.clone();
-    let film = Iridescence { weight: Mapped::new(1.0), thickness_max_nm: 300.0, ..Iridescence::default() };
+    let film = Iridescence { weight: TexturedFactor::new(1.0), thickness_max_nm: 300.0, ..Iridescence::default() };
     scene.materials[0].iridescence = Some(film);
     switch_at(8.0, &scene, &without, 0.11);
     // Half of the weight of reflection is left in the plain one.
     let mut scene = without.clone();
-    scene.materials[0].specular = Some(Specular { weight: Mapped::new(0.5), ..Specular::default() });
+    scene.materials[0].specular = Some(Specular { weight: TexturedFactor::new(0.5), ..Specular::default() });
     let mut half = without;
     half.materials[0].ior = 1.33;
     switch_at(8.0, &scene, &half, 0.07);
@@ -128,10 +128,10 @@ fn what_layers_make_of_a_surface_stays() {
         change(&mut scene.materials[0]);
         scene
     };
-    let gold = Specular { color: Mapped::new(Vec3::new(20.0, 10.0, 2.0)), ..Specular::default() };
+    let gold = Specular { color: TexturedFactor::new(Vec3::new(20.0, 10.0, 2.0)), ..Specular::default() };
     let scenes = [
         with(|material| material.specular = Some(Specular { glossiness: Some(0.7), ..Specular::default() })),
-        with(|material| material.transmission = Some(Mapped::new(0.8))),
+        with(|material| material.transmission = Some(TexturedFactor::new(0.8))),
         with(|material| material.diffuse_transmission = Some(Default::default())),
     ];
     let mut golden = with(|_| ());

@@ -11,7 +11,7 @@ use manypass::{
     Averaging, Background, Environment, FogMode, FrameRequest, Gpu, Ground, Path, PixelSamples, RenderError, Renderer,
     TransparencyMode,
 };
-use manypass_scene::material::Mapped;
+use manypass_scene::material::TexturedFactor;
 use manypass_scene::{AlphaMode, Light, LightKind, Material, Node, Projection, Scene, primitives};
 use manypass_testkit::build::{SceneBuilder, at, grey};
 
@@ -96,7 +96,7 @@ fn all_kinds() -> Scene {
     builder.put(primitives::plane(0.5), mask, turned(0.3, Vec3::new(-0.9, 0.9, 0.2)));
     builder.put(primitives::plane(0.7), blended(0.9, 0.1, 0.1), turned(0.6, Vec3::new(-0.4, 0.5, 0.5)));
     builder.put(primitives::plane(0.7), blended(0.1, 0.2, 0.9), turned(-0.6, Vec3::new(-0.2, 0.6, 0.9)));
-    let glass = Material { transmission: Some(Mapped::new(1.0)), roughness_factor: 0.1, ..grey(0.9) };
+    let glass = Material { transmission: Some(TexturedFactor::new(1.0)), roughness_factor: 0.1, ..grey(0.9) };
     builder.put(primitives::uv_sphere(0.3, 24, 12), glass.clone(), at(Vec3::new(0.5, 0.5, 0.4)));
     builder.put(primitives::cube(Vec3::new(0.2, 0.9, 0.1)), glass, turned(0.4, Vec3::new(0.7, 0.5, -0.2)));
     let sun = Light { kind: LightKind::Directional, intensity: 2.0, ..Light::default() };

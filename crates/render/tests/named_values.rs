@@ -386,10 +386,10 @@ fn layers_of_parallax_are_as_many_as_the_steps_of_relief() {
 }
 
 /// Keys with values.
-type Given = &'static [(&'static str, &'static str)];
+type KeyValues = &'static [(&'static str, &'static str)];
 
 /// Lengths of loops, the most that each may be, and what they do nothing without.
-const LENGTHS: [(&str, u32, Given); 9] = [
+const LENGTHS: [(&str, u32, KeyValues); 9] = [
     ("occlusion.slices", 16, &[("occlusion.enabled", "true")]),
     ("occlusion.steps", 32, &[("occlusion.enabled", "true")]),
     ("occlusion.kernel", 256, &[("occlusion.enabled", "true"), ("occlusion.method", "ssao")]),

@@ -7,10 +7,10 @@ use crate::common::{look, plain_request, radiance};
 use glam::{Vec2, Vec3, Vec4};
 use image::{ImageBuffer, ImageFormat, Luma, Rgba};
 use manypass::{Environment, FrameRequest, Path};
-use manypass_scene::material::{DetailMaps, HeightMap, HeightMethod, LightEncoding, LightMap, Mapped, Material};
+use manypass_scene::material::{DetailMaps, HeightMap, HeightMethod, LightEncoding, LightMap, TexturedFactor};
 use manypass_scene::{
-    Aabb, Image, ImageSource, Light, LightKind, Node, Primitive, Projection, Sampler, Scene, ShadingModel, Texture,
-    TextureRef, TextureTransform, Wrap, primitives,
+    Aabb, Image, ImageSource, Light, LightKind, Material, Node, Primitive, Projection, Sampler, Scene, ShadingModel,
+    Texture, TextureRef, TextureTransform, Wrap, primitives,
 };
 use manypass_testkit::build::{SceneBuilder, at, grey};
 use std::f32::consts::TAU;
@@ -109,7 +109,7 @@ fn baked_light_times_base_colour_is_what_is_seen() {
             metallic_factor: metallic,
             shading_model: model,
             light_map: Some(LightMap {
-                light: Mapped { factor: 1.5, texture: Some(light) },
+                light: TexturedFactor { factor: 1.5, texture: Some(light) },
                 encoding,
                 direction: None,
             }),
@@ -156,7 +156,7 @@ fn baked_light_of_radiance_files_exceeds_one() {
     let mut builder = above();
     let light = texture(&mut builder.scene, ImageSource::Encoded(bytes.into()), nearest());
     // What is linear stays so, whatever a material says of its encoding.
-    let light = Mapped { factor: 4.0, texture: Some(TextureRef { uv_set: 1, ..light }) };
+    let light = TexturedFactor { factor: 4.0, texture: Some(TextureRef { uv_set: 1, ..light }) };
     let material = Material {
         light_map: Some(LightMap { light, encoding: LightEncoding::Srgb, direction: None }),
         metallic_factor: 0.0,
@@ -194,7 +194,7 @@ fn tilted(tilt: Vec3, is_detail: bool, direction: Option<Vec3>, eye_y: f32) -> S
     let light = TextureRef { uv_set: 1, ..filled(Rgba([204, 102, 51, 255]), 4) };
     let direction = direction.map(|direction| TextureRef { uv_set: 1, ..filled(bytes_of(direction), 4) });
     let detail = DetailMaps { normal_texture: Some(normals), normal_scale: 1.0, base_color_texture: None };
-    let light = Mapped { factor: 2.0, texture: Some(light) };
+    let light = TexturedFactor { factor: 2.0, texture: Some(light) };
     let material = Material {
         normal_texture: (!is_detail).then_some(normals),
         detail: is_detail.then_some(detail),
@@ -252,7 +252,7 @@ fn directions_leave_light_as_it_is_where_nothing_is_bent_and_at_its_edges() {
             bytes_of(Vec3::new(0.4 - 0.2 * x as f32, 0.7, 0.3 - 0.2 * y as f32))
         })));
         let texture = put(png(&ImageBuffer::from_fn(4, 4, light)));
-        let light = Mapped { factor: 1.0, texture: Some(texture) };
+        let light = TexturedFactor { factor: 1.0, texture: Some(texture) };
         let direction = has_directions.then_some(direction);
         let material = Material {
             normal_texture: has_normals.then_some(normals),
@@ -285,7 +285,7 @@ fn directions_leave_light_as_it_is_where_nothing_is_bent_and_at_its_edges() {
 fn baked_light_takes_the_place_of_the_environments_diffuse_light_alone() {
     let mut builder = above();
     let black = texture(&mut builder.scene, png(&ImageBuffer::from_pixel(2, 2, Rgba([0u8, 0, 0, 255]))), nearest());
-    let light = Mapped { factor: 1.0, texture: Some(black) };
+    let light = TexturedFactor { factor: 1.0, texture: Some(black) };
     let light_map = LightMap { light, encoding: LightEncoding::Linear, direction: None };
     builder.put(grid(2.0, 1, |_| (0.0, Vec2::ZERO)), grey(0.8), at(Vec3::ZERO));
     let plain = builder.finish();

@@ -9,7 +9,7 @@ use manypass::gpu::Floor;
 use manypass::{
     Background, FogMode, FrameRequest, Gpu, Masks, Path, PixelSamples, Renderer, Tonemap, TransparencyMode,
 };
-use manypass_scene::material::{Clearcoat, Mapped, Specular, Volume};
+use manypass_scene::material::{Clearcoat, Specular, TexturedFactor, Volume};
 use manypass_scene::{
     AlphaMode, Light, LightKind, Material, Node, Primitive, Projection, Scene, ShadingModel, Topology, primitives,
 };
@@ -111,8 +111,12 @@ fn the_weighted_mean_is_the_same_in_any_order() {
 fn layers_of_all_kinds() -> Scene {
     let mut builder = seen_from_above();
     builder.put(primitives::plane(0.8), grey(0.5), at(Vec3::new(0.5, -0.5, 0.5)));
-    let coat =
-        Clearcoat { weight: Mapped::new(1.0), roughness: Mapped::new(0.2), normal_texture: None, normal_scale: 1.0 };
+    let coat = Clearcoat {
+        weight: TexturedFactor::new(1.0),
+        roughness: TexturedFactor::new(0.2),
+        normal_texture: None,
+        normal_scale: 1.0,
+    };
     let lit = Material { alpha_mode: AlphaMode::Blend, base_color_factor: Vec4::new(0.8, 0.6, 0.4, 0.25), ..grey(0.5) };
     builder.put(primitives::plane(0.8), lit.clone(), at(Vec3::new(-0.5, 0.0, -0.5)));
     let coated = Material { clearcoat: Some(coat), ..lit.clone() };
@@ -369,8 +373,8 @@ fn clear_glass() -> Material {
     Material {
         roughness_factor: 0.0,
         metallic_factor: 0.0,
-        transmission: Some(Mapped::new(1.0)),
-        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
+        transmission: Some(TexturedFactor::new(1.0)),
+        specular: Some(Specular { weight: TexturedFactor::new(0.0), ..Specular::default() }),
         ..Material::default()
     }
 }
@@ -418,8 +422,8 @@ fn pane_before_ball(roughness: f32) -> Scene {
         base_color_factor: Vec4::ONE,
         roughness_factor: roughness,
         metallic_factor: 0.0,
-        transmission: Some(Mapped::new(1.0)),
-        volume: Some(Volume { thickness: Mapped::new(0.8), ..Volume::default() }),
+        transmission: Some(TexturedFactor::new(1.0)),
+        volume: Some(Volume { thickness: TexturedFactor::new(0.8), ..Volume::default() }),
         ..Material::default()
     };
     builder.put(primitives::uv_sphere(0.6, 32, 16), glass, at(Vec3::ZERO));

@@ -141,7 +141,7 @@ fn sample<T: Copy>(
 
 /// Where a node is, seen from the one above it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-struct Local {
+struct LocalTransform {
     translation: Vec3,
     rotation: Quat,
     scale: Vec3,
@@ -149,7 +149,7 @@ struct Local {
 
 impl Channel {
     /// What it makes of where a node is.
-    fn moved(&self, mut local: Local, time_secs: f32) -> Local {
+    fn moved(&self, mut local: LocalTransform, time_secs: f32) -> LocalTransform {
         let Some(span) = span(&self.times_secs, time_secs) else { return local };
         match &self.keyframes {
             Keyframes::Translation(values) => {
@@ -185,7 +185,7 @@ impl Path<'_> {
     pub fn world_from_object(&self, time_secs: f32) -> Mat4 {
         let local = |link: &Link<'_>| {
             let Link { node: Node { translation, rotation, scale, .. }, channels } = link;
-            let local = Local { translation: *translation, rotation: *rotation, scale: *scale };
+            let local = LocalTransform { translation: *translation, rotation: *rotation, scale: *scale };
             let local = channels.iter().fold(local, |local, channel| channel.moved(local, time_secs));
             Mat4::from_scale_rotation_translation(local.scale, local.rotation, local.translation)
         };
@@ -246,7 +246,8 @@ impl Scene {
                     nodes[index].morph_weights = weights;
                 }
             } else {
-                let known = Local { translation: node.translation, rotation: node.rotation, scale: node.scale };
+                let known =
+                    LocalTransform { translation: node.translation, rotation: node.rotation, scale: node.scale };
                 let local = channel.moved(known, time_secs);
                 if local != known {
                     let node = &mut nodes[index];

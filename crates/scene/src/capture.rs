@@ -19,6 +19,14 @@
 //! screen.emissive_factor = Vec3::splat(250.0); // Its white, in cd/m².
 //! ```
 
+mod mirror;
+mod monitor;
+mod options;
+
+pub use mirror::Mirror;
+pub use monitor::{Monitor, MonitorCamera};
+pub use options::{CaptureOptions, LAYERS_ALL, LAYERS_DEFAULT, Update};
+
 use crate::{Image, ImageSource, NodeId, Primitive, Projection, Scene, Topology};
 use glam::{Mat4, Vec2, Vec3, Vec4};
 use std::sync::Arc;
@@ -29,77 +37,7 @@ pub const MONITORS_MAX: usize = 64;
 /// The largest width and height of a monitor's picture, in texels.
 pub const MONITOR_SIDE_MAX: u32 = 4096;
 
-/// The layers that a node is in where nobody says: the first.
-pub const LAYERS_DEFAULT: u32 = 1;
-
-/// All layers.
-pub const LAYERS_ALL: u32 = u32::MAX;
-
-/// When a picture within the picture is drawn anew, where frames of a live view follow each other. Stills, and every
-/// picture of a sequence, depend on nothing before them: there it always is.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Update {
-    /// In every frame that shows it.
-    #[default]
-    Always,
-    /// In the first frame that shows it, and then in one of so many.
-    Every(u32),
-    /// In the first frame that shows it.
-    Once,
-}
-
-/// How a picture within the picture is drawn.
-#[derive(Clone, Debug, PartialEq)]
-pub struct CaptureOptions {
-    /// When it is drawn anew.
-    pub update: Update,
-    /// The layers that it shows ([`crate::Node::layers`]), a bit each.
-    pub layers: u32,
-    /// The tier of quality whose passes draw it; none for that of the picture that shows it.
-    pub quality: Option<String>,
-}
-
-impl Default for CaptureOptions {
-    fn default() -> Self {
-        Self { update: Update::Always, layers: LAYERS_ALL, quality: None }
-    }
-}
-
-/// From where a monitor's picture is taken.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum MonitorCamera {
-    /// From the camera of a node, wherever that is.
-    Node(NodeId),
-    /// From one place.
-    Fixed {
-        /// The camera's transform: it looks along its −Z, with its +Y up.
-        world_from_view: Mat4,
-        /// How space is mapped to the picture.
-        projection: Projection,
-    },
-}
-
-/// What a camera of the scene sees, as the texels of an image.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Monitor {
-    /// From where.
-    pub camera: MonitorCamera,
-    /// Width of its picture in texels.
-    pub width: u32,
-    /// Height of its picture in texels.
-    pub height: u32,
-    /// By how many stops it is exposed more than the picture that shows it.
-    pub exposure_stops: f32,
-    /// How it is drawn.
-    pub options: CaptureOptions,
-}
-
 impl Monitor {
-    /// As bright as the picture that shows it, drawn as that is, in every frame.
-    pub fn new(camera: MonitorCamera, width: u32, height: u32) -> Self {
-        Self { camera, width, height, exposure_stops: 0.0, options: CaptureOptions::default() }
-    }
-
     /// `world_from_view` and the projection of its camera, as of the last [`Scene::update_transforms`]; none if the node
     /// has no camera.
     pub fn seen_from(&self, scene: &Scene) -> Option<(Mat4, Projection)> {
@@ -145,31 +83,6 @@ pub const MIRRORS_MAX: usize = 64;
 
 /// How far the corners of a mirror may lie from its plane, as a share of its size.
 const FLATNESS: f32 = 2e-3;
-
-/// A flat surface that reflects what is before it, off the picture and behind the eye, too.
-///
-/// What it reflects takes the place of the environment in what its material reflects: colour, roughness, normal map and
-/// Fresnel are those of the material.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Mirror {
-    /// Its name: in the names of passes.
-    pub name: String,
-    /// The node whose mesh is the mirror: a flat one.
-    pub node: NodeId,
-    /// Width and height of what is drawn for it, as a share of those of the picture that shows it.
-    pub scale: f32,
-    /// The layers that it shows ([`crate::Node::layers`]), a bit each.
-    pub layers: u32,
-    /// The tier of quality whose passes draw what it shows; none for that of the picture that shows it.
-    pub quality: Option<String>,
-}
-
-impl Mirror {
-    /// As fine as the picture that shows it, and drawn as that is.
-    pub fn new(name: impl Into<String>, node: NodeId) -> Self {
-        Self { name: name.into(), node, scale: 1.0, layers: LAYERS_ALL, quality: None }
-    }
-}
 
 /// A flat mesh of a node in world space.
 #[derive(Clone, Copy, Debug, PartialEq)]

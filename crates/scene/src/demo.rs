@@ -2,6 +2,7 @@
 //! lights are shared by many nodes; the others show what materials can be, what maps make of flat surfaces, many small
 //! things, and pictures within the picture in a room: with what their stages say.
 
+mod builder;
 mod cornell;
 mod crowd;
 mod doors;
@@ -29,11 +30,9 @@ pub use sandbox::sandbox;
 pub use shore::shore;
 pub use yard::yard;
 
-use crate::framing::look_along;
+use crate::Scene;
 use crate::renamed::{NameKind, current};
 use crate::stage::Stage;
-use crate::{Material, Mesh, Node, Primitive, Scene};
-use glam::Vec3;
 
 /// The names of the demos.
 pub const NAMES: [&str; 21] = [
@@ -143,41 +142,6 @@ pub fn stage(name: &str) -> Option<Stage> {
     };
     // A test reads it.
     Stage::parse(&format!("demo:{name}"), text).ok()
-}
-
-/// A scene that code builds, piece by piece.
-#[derive(Default)]
-struct Demo {
-    scene: Scene,
-}
-
-impl Demo {
-    fn material(&mut self, name: &str, color: [f32; 3], metallic: f32, roughness: f32) -> usize {
-        self.scene.materials.push(Material {
-            name: name.into(),
-            base_color_factor: Vec3::from(color).extend(1.0),
-            metallic_factor: metallic,
-            roughness_factor: roughness,
-            ..Material::default()
-        });
-        self.scene.materials.len() - 1
-    }
-
-    fn mesh(&mut self, mut primitive: Primitive, material: usize) -> usize {
-        primitive.material = Some(material);
-        self.scene.meshes.push(Mesh { primitives: vec![primitive], ..Mesh::default() }.into());
-        self.scene.meshes.len() - 1
-    }
-
-    fn put(&mut self, mesh: usize, translation: Vec3, scale: Vec3) {
-        self.scene.add_node(None, Node { mesh: Some(mesh), translation, scale, ..Node::default() });
-    }
-}
-
-/// A node that looks, or shines, from a place to another.
-fn pose(eye: Vec3, target: Vec3) -> Node {
-    let rotation = look_along(target - eye, Vec3::Y).unwrap_or_default();
-    Node { translation: eye, rotation, ..Node::default() }
 }
 
 #[cfg(test)]

@@ -4,40 +4,26 @@
 //! says what each format means here: units, the axis that points up, normals, colours, materials.
 
 mod detect;
+mod format;
 #[cfg(feature = "formats")]
 mod readers;
 #[cfg(not(feature = "formats"))]
 #[path = "formats/absent.rs"]
 mod readers;
 
+pub use format::Format;
+
 use crate::gltf_file::{
-    self, LoadError, Loaded, MAX_FILE_BYTES, checked_relative_path, read_file, references::meant_paths,
+    self, LoadError, LoadedScene, MAX_FILE_BYTES, checked_relative_path, read_file, references::meant_paths,
 };
 use crate::input_file::{self, InputError};
 use crate::turns::{Turns, at_once};
+use detect::START_BYTES;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
 /// How the names of models end, whatever the case of the letters.
 pub const MODEL_ENDINGS: [&str; 6] = ["glb", "gltf", "stl", "obj", "ply", "3mf"];
-
-/// How many bytes of a file are looked at to tell its format.
-const START_BYTES: usize = 64 << 10;
-
-/// What a model is written in.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Format {
-    /// glTF 2.0, as `.gltf` or `.glb`.
-    Gltf,
-    /// Stereolithography: triangles, as text or bytes.
-    Stl,
-    /// Wavefront OBJ with its MTL.
-    Obj,
-    /// The polygon format of Stanford: meshes and point clouds.
-    Ply,
-    /// 3D Manufacturing Format.
-    ThreeMf,
-}
 
 impl Format {
     /// The format of a file of these bytes and this name. What cannot be told is taken for glTF, whose reader says what
@@ -89,7 +75,7 @@ pub fn is_model(path: &Path) -> bool {
 ///
 /// # Errors
 /// The file cannot be read, or is wrong; with the place in it.
-pub fn load_path(path: &Path) -> Result<Loaded, LoadError> {
+pub fn load_path(path: &Path) -> Result<LoadedScene, LoadError> {
     let name = path.display().to_string();
     let bytes = read_file(path).map_err(|message| LoadError::Io { file: name.clone(), message })?;
     load_bytes(&bytes, &mut read_beside(path), &name)
@@ -104,7 +90,7 @@ pub fn load_bytes(
     bytes: &[u8],
     resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     name: &str,
-) -> Result<Loaded, LoadError> {
+) -> Result<LoadedScene, LoadError> {
     at_once(load_bytes_in_turns(bytes, resolve, name, &mut || None))
 }
 
@@ -118,7 +104,7 @@ pub async fn load_bytes_in_turns(
     resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     name: &str,
     turns: &mut Turns<'_>,
-) -> Result<Loaded, LoadError> {
+) -> Result<LoadedScene, LoadError> {
     let format = Format::of(bytes, name);
     if format != Format::Gltf && bytes.len() as u64 > MAX_FILE_BYTES {
         return Err(LoadError::malformed("", "it is larger than 1 GiB; split it").in_file(name));

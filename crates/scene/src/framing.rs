@@ -8,6 +8,7 @@
 mod fit;
 mod furniture;
 mod interior;
+mod look;
 mod outer;
 mod outliers;
 mod panorama;
@@ -17,20 +18,18 @@ mod shown;
 mod tests;
 mod vertices;
 
-pub use fit::Fit;
+pub use fit::{Fit, MARGIN};
 pub use interior::Interior;
+pub use look::look_along;
 pub use outliers::Outliers;
-pub use shown::{LEAST_OF_MODEL, LEAST_OF_PICTURE, Shown};
+pub use shown::{LEAST_OF_MODEL, LEAST_OF_PICTURE, PictureCoverage};
 
 use crate::animation::{Animation, Property};
 use crate::capture::{Monitor, MonitorCamera};
 use crate::turns::{Turns, at_once, give_turn};
 use crate::{Aabb, NodeId, Projection, Scene};
-use glam::{Mat3, Mat4, Quat, Vec3};
+use glam::{Mat4, Quat, Vec2, Vec3};
 use points::Points;
-
-/// The share of the picture's width or height that stays free on each side of what is framed.
-pub const MARGIN: f32 = 0.06;
 
 /// The vertical field of view of a camera that nobody describes: 45°.
 pub const DEFAULT_FOV_Y_RAD: f32 = std::f32::consts::FRAC_PI_4;
@@ -214,13 +213,28 @@ impl Framing {
     }
 }
 
-/// The rotation of a camera that looks along `direction`, whose length does not matter. Where `up` is parallel to it,
-/// another up is taken; none where the direction is none.
-pub fn look_along(direction: Vec3, up: Vec3) -> Option<Quat> {
-    let longest = direction.abs().max_element();
-    let back = -(direction / longest).try_normalize().filter(|_| longest > 0.0)?;
-    let right = up.cross(back).try_normalize().unwrap_or_else(|| back.any_orthonormal_vector());
-    Some(Quat::from_mat3(&Mat3::from_cols(right, back.cross(right), back)))
+impl Framing {
+    /// What a camera shows of what is framed, in a picture whose width is `aspect` times its height.
+    pub fn shown_by(&self, (world_from_view, projection): (Mat4, Projection), aspect: f32) -> PictureCoverage {
+        let view_from_world = world_from_view.inverse();
+        let half = projection.half_extent(aspect);
+        let is_parallel = matches!(projection, Projection::Orthographic { .. });
+        let (mut low, mut high, mut inside, mut all) = (Vec2::INFINITY, Vec2::NEG_INFINITY, 0u32, 0u32);
+        for point in self.points.iter() {
+            let seen = view_from_world.transform_point3(point + self.center_world());
+            let depth = -seen.z;
+            let place = seen.truncate() / (half * if is_parallel { 1.0 } else { depth });
+            all += 1;
+            if depth <= 0.0 || !place.is_finite() {
+                continue;
+            }
+            inside += u32::from(place.abs().max_element() <= 1.0);
+            (low, high) = (low.min(place), high.max(place));
+        }
+        let extent = (high.clamp(Vec2::NEG_ONE, Vec2::ONE) - low.clamp(Vec2::NEG_ONE, Vec2::ONE)).max(Vec2::ZERO);
+        let of_picture = if low.is_finite() { 0.25 * extent.x * extent.y } else { 0.0 };
+        PictureCoverage { of_model: inside as f32 / all.max(1) as f32, of_picture }
+    }
 }
 
 impl Scene {

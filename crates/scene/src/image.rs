@@ -5,15 +5,16 @@ mod halved;
 mod jpeg;
 mod ktx2;
 mod light;
+mod texels;
 
-pub use light::HalfFloats;
+pub use texels::{BlockFormat, Blocks, HalfFloats, MAX_IMAGE_SIZE_TEXELS};
 
 use crate::capture::Monitor;
 use crate::environment::light_size;
 use crate::ktx2::{DeclaredColors, is_ktx2};
-use crate::simulation::SimulatedImage;
 use std::io::Cursor;
 use std::sync::Arc;
+use texels::MAX_DECODE_BYTES;
 
 /// The source of an image's texels.
 #[derive(Clone, Debug)]
@@ -42,40 +43,28 @@ impl ImageSource {
     }
 }
 
+/// A picture that a simulation makes.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SimulatedImage {
+    /// Index into [`crate::Scene::simulations`].
+    pub simulation: usize,
+    /// Which of its pictures.
+    pub picture: String,
+}
+
+impl Image {
+    /// The picture `picture` of a simulation, an index into [`crate::Scene::simulations`].
+    pub fn of_simulation(name: impl Into<String>, simulation: usize, picture: &str) -> Self {
+        let image = SimulatedImage { simulation, picture: picture.into() };
+        Self { name: name.into(), source: ImageSource::Simulation(image.into()) }
+    }
+}
+
 /// The layout of decoded texels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelFormat {
     /// Four bytes a texel: red, green, blue, alpha.
     Rgba8,
-}
-
-/// Compressed blocks that devices sample: of 4 by 4 texels with alpha, in 16 bytes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum BlockFormat {
-    /// BC7.
-    Bc7,
-    /// ETC2 with EAC alpha.
-    Etc2,
-    /// ASTC, low dynamic range.
-    Astc,
-}
-
-impl BlockFormat {
-    /// Texels along the side of a block.
-    pub const SIDE: u32 = 4;
-    /// Bytes of a block.
-    pub const BYTES: u32 = 16;
-}
-
-/// A level of a compressed image: blocks, rows from the top.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Blocks {
-    /// Width in texels.
-    pub width: u32,
-    /// Height in texels.
-    pub height: u32,
-    /// The bytes of all blocks; those at the right and lower edge may hold more than there are texels.
-    pub data: Vec<u8>,
 }
 
 /// Decoded texels, rows from the top, tightly packed.
@@ -184,14 +173,8 @@ pub struct Texture {
     pub sampler: Sampler,
 }
 
-/// The largest width and height of an image in texels.
-pub const MAX_IMAGE_SIZE_TEXELS: u32 = 16384;
-
 /// The largest width and height in a file: what is larger is broken.
 const MAX_STORED_SIZE_TEXELS: u32 = 1 << 20;
-
-/// The most memory that decoding one image may take: 512 MiB.
-const MAX_DECODE_BYTES: u64 = 512 << 20;
 
 /// Why an image cannot be decoded.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]

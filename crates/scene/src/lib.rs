@@ -35,6 +35,7 @@ pub mod material;
 pub mod mesh;
 mod near;
 pub mod node;
+mod node_id;
 mod nodes;
 pub mod overlay;
 pub mod particles;
@@ -67,7 +68,7 @@ pub use diagnostic::Diagnostic;
 pub use environment::{EnvironmentError, EnvironmentLayout, EnvironmentLight, EnvironmentMap};
 pub use formats::{load_bytes, load_path};
 pub use framing::{Framing, Interior};
-pub use gltf_file::{LoadError, Loaded};
+pub use gltf_file::{LoadError, LoadedScene};
 pub use image::{
     BlockFormat, Blocks, HalfFloats, Heights, Image, ImageError, ImageSource, PixelFormat, Pixels, Sampler, Texture,
     Wrap,
@@ -75,9 +76,10 @@ pub use image::{
 pub use late_images::{LateImages, ON_ITS_WAY};
 pub use levels::{LevelOf, Levels};
 pub use light::{Light, LightKind, LightMode};
-pub use material::{AlphaMode, LayerMap, Mapped, Material, ShadingModel, TextureRef, TextureTransform};
+pub use material::{AlphaMode, LayerMap, Material, ShadingModel, TextureRef, TextureTransform, TexturedFactor};
 pub use mesh::{Mesh, MorphTarget, Primitive, PrimitiveLevel, Topology};
-pub use node::{Node, NodeId, Placed, Scene};
+pub use node::{LastPlace, Node, Scene};
+pub use node_id::NodeId;
 pub use nodes::Nodes;
 pub use overlay::{Overlay, OverlayItem};
 pub use scenes::{SceneRoots, ShowError};

@@ -2,52 +2,16 @@
 
 mod detail;
 mod layers;
+mod texture;
 
 pub use detail::{DetailMaps, HeightMap, HeightMethod, LightEncoding, LightMap};
-pub use layers::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LayerMap, Mapped, Sheen, Specular, Volume};
+pub use layers::{
+    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LayerMap, Sheen, Specular, TexturedFactor, Volume,
+};
+pub use texture::{TextureRef, TextureTransform};
 
 use crate::Levels;
-use glam::{Mat3, Vec2, Vec3, Vec4};
-
-/// The placement of a texture on its UV set (`KHR_texture_transform`).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TextureTransform {
-    /// Added after rotation and scale, in UV units.
-    pub offset: Vec2,
-    /// Counter-clockwise as seen with v pointing down, in radians, about the UV origin.
-    pub rotation_rad: f32,
-    /// Applied first.
-    pub scale: Vec2,
-}
-
-impl Default for TextureTransform {
-    fn default() -> Self {
-        Self { offset: Vec2::ZERO, rotation_rad: 0.0, scale: Vec2::ONE }
-    }
-}
-
-impl TextureTransform {
-    /// The matrix of the extension's specification: translation · rotation · scale.
-    pub fn matrix(&self) -> Mat3 {
-        let (sin, cos) = self.rotation_rad.sin_cos();
-        Mat3::from_cols(
-            Vec3::new(self.scale.x * cos, -self.scale.x * sin, 0.0),
-            Vec3::new(self.scale.y * sin, self.scale.y * cos, 0.0),
-            Vec3::new(self.offset.x, self.offset.y, 1.0),
-        )
-    }
-}
-
-/// A material's use of a texture.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct TextureRef {
-    /// Index into [`crate::Scene::textures`].
-    pub texture: usize,
-    /// Which UV set: 0 or 1.
-    pub uv_set: u32,
-    /// The placement on that set.
-    pub transform: TextureTransform,
-}
+use glam::{Vec3, Vec4};
 
 /// The alpha mode: opaque, masked or blended.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -124,7 +88,7 @@ pub struct Material {
     pub iridescence: Option<Iridescence>,
     /// How much of the light that enters a dielectric comes through, 0 to 1; the texture's red
     /// (`KHR_materials_transmission`).
-    pub transmission: Option<Mapped<f32>>,
+    pub transmission: Option<TexturedFactor<f32>>,
     /// Light that comes through and is scattered.
     pub diffuse_transmission: Option<DiffuseTransmission>,
     /// What light goes through below the surface; without it the surface is a thin wall.
@@ -184,6 +148,31 @@ impl Default for Material {
             height: None,
             detail: None,
             light_map: None,
+        }
+    }
+}
+
+impl Material {
+    /// The texture at a place of its layers.
+    pub fn layer_texture(&self, map: LayerMap) -> Option<TextureRef> {
+        match map {
+            LayerMap::Specular => self.specular?.weight.texture,
+            LayerMap::SpecularColor => self.specular?.color.texture,
+            LayerMap::Clearcoat => self.clearcoat?.weight.texture,
+            LayerMap::ClearcoatRoughness => self.clearcoat?.roughness.texture,
+            LayerMap::ClearcoatNormal => self.clearcoat?.normal_texture,
+            LayerMap::SheenColor => self.sheen?.color.texture,
+            LayerMap::SheenRoughness => self.sheen?.roughness.texture,
+            LayerMap::Anisotropy => self.anisotropy?.texture,
+            LayerMap::Iridescence => self.iridescence?.weight.texture,
+            LayerMap::IridescenceThickness => self.iridescence?.thickness_texture,
+            LayerMap::Transmission => self.transmission?.texture,
+            LayerMap::Thickness => self.volume?.thickness.texture,
+            LayerMap::DiffuseTransmission => self.diffuse_transmission?.weight.texture,
+            LayerMap::DiffuseTransmissionColor => self.diffuse_transmission?.color.texture,
+            LayerMap::Height => Some(self.height?.texture),
+            LayerMap::DetailNormal => self.detail?.normal_texture,
+            LayerMap::DetailColor => self.detail?.base_color_texture,
         }
     }
 }

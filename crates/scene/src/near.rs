@@ -1,7 +1,7 @@
 //! What lies far from the origin for its size is drawn near it: floats are coarse far away.
 
 use crate::image::ImageSource;
-use crate::{Aabb, Placed, Scene};
+use crate::{Aabb, LastPlace, Scene};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -47,7 +47,7 @@ impl Scene {
         if !self.overlay.items.is_empty() {
             Arc::make_mut(&mut self.overlay).move_by(by_m);
         }
-        self.nodes.iter_mut().for_each(|node| node.placed = Placed::default());
+        self.nodes.iter_mut().for_each(|node| node.placed = LastPlace::default());
         self.update_transforms();
     }
 

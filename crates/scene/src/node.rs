@@ -3,6 +3,7 @@
 use crate::capture::{LAYERS_DEFAULT, Mirror};
 use crate::decal::Decal;
 use crate::environment::{BrdfTable, EnvironmentMap};
+use crate::node_id::NodeId;
 use crate::nodes::Nodes;
 use crate::overlay::Overlay;
 use crate::particles::Particles;
@@ -15,10 +16,6 @@ use crate::water::Water;
 use crate::{Aabb, Animation, Camera, Image, Levels, Light, Material, Mesh, SceneRoots, Skin, Texture};
 use glam::{Mat4, Quat, Vec3};
 use std::sync::{Arc, Weak};
-
-/// The index of a node in [`Scene::nodes`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct NodeId(pub u32);
 
 /// A node: a transform in the scene, with what it holds.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,14 +61,14 @@ pub struct Node {
     /// [`Scene::update_transforms`]; it may be too large, never too small.
     pub bounds_world: Aabb,
     /// What the last [`Scene::update_transforms`] has seen.
-    pub placed: Placed,
+    pub placed: LastPlace,
 }
 
 /// The state of a node at the last [`Scene::update_transforms`], to find out whether it has moved.
 #[derive(Clone, Debug, Default)]
-pub struct Placed(Option<Place>);
+pub struct LastPlace(Option<Place>);
 
-impl PartialEq for Placed {
+impl PartialEq for LastPlace {
     /// Two nodes are the same, whatever has been seen of them.
     fn eq(&self, _: &Self) -> bool {
         true
@@ -109,7 +106,7 @@ impl Default for Node {
             levels: None,
             world_from_object: Mat4::IDENTITY,
             bounds_world: Aabb::EMPTY,
-            placed: Placed::default(),
+            placed: LastPlace::default(),
         }
     }
 }
@@ -381,7 +378,7 @@ impl Scene {
                 let (bounds_world, place) = (self.posed_bounds_of(node, &mut skins), node.place(mesh));
                 let node = self.node_mut(*id);
                 node.bounds_world = bounds_world;
-                node.placed = Placed(Some(place));
+                node.placed = LastPlace(Some(place));
             }
         }
         has_moved.into_iter().filter(|moved| *moved).count()

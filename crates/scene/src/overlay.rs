@@ -13,14 +13,15 @@
 //! ```
 
 mod check;
+mod fault;
 #[cfg(feature = "text")]
 mod font;
 #[cfg(not(feature = "text"))]
 #[path = "overlay/font_absent.rs"]
 mod font;
 
-pub use check::OverlayFault;
-pub(crate) use check::{SIDE_PX_MAX, TEXT_SIZE_PX_MAX};
+pub use fault::OverlayFault;
+pub(crate) use fault::{SIDE_PX_MAX, TEXT_SIZE_PX_MAX};
 pub use font::{Coverage, Font, GlyphId};
 
 use crate::Pixels;

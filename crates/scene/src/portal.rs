@@ -16,7 +16,11 @@
 //! scene.add_portal(Portal::new("door", ends), &[ball]);
 //! ```
 
-use crate::capture::{LAYERS_ALL, Panel};
+mod ends;
+
+pub use ends::{Portal, PortalTraveller};
+
+use crate::capture::Panel;
 use crate::framing::look_along;
 use crate::{Node, NodeId, Scene};
 use glam::{Mat4, Quat, Vec3};
@@ -24,44 +28,6 @@ use std::f32::consts::PI;
 
 /// The most portals of a scene that are drawn.
 pub const PORTALS_MAX: usize = 16;
-
-/// Two flat places of which each shows what the other one faces.
-///
-/// Whoever looks into the front of one looks out of the front of the other. The meshes of the two nodes say where they are,
-/// and are not drawn themselves.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Portal {
-    /// Its name: in the names of passes.
-    pub name: String,
-    /// The nodes of its two ends: flat ones.
-    pub nodes: [NodeId; 2],
-    /// Width and height of what is drawn for it, as a share of those of the picture that shows it.
-    pub scale: f32,
-    /// The layers that are seen through it ([`Node::layers`]), a bit each.
-    pub layers: u32,
-    /// The tier of quality whose passes draw what is seen through it; none for that of the picture that shows it.
-    pub quality: Option<String>,
-    /// What goes through it, and what stands for that at the other end.
-    pub carried: Vec<Carried>,
-}
-
-/// A node that goes through a portal, and what stands for it where it comes out.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Carried {
-    /// The node.
-    pub node: NodeId,
-    /// A node that has the same mesh and light. It is visible while the first one is half through, or shines in.
-    pub image: NodeId,
-    /// The end that the node goes into: an index into [`Portal::nodes`].
-    pub end: usize,
-}
-
-impl Portal {
-    /// As fine as the picture that shows it, and drawn as that is; nothing goes through.
-    pub fn new(name: impl Into<String>, nodes: [NodeId; 2]) -> Self {
-        Self { name: name.into(), nodes, scale: 1.0, layers: LAYERS_ALL, quality: None, carried: Vec::new() }
-    }
-}
 
 /// The frame of a flat place: x to the right and y up as one looks at its front, z out of it.
 fn frame(panel: &Panel) -> Mat4 {
@@ -108,7 +74,7 @@ impl Scene {
             for end in 0..2 {
                 let image = self.add_node(None, image.clone());
                 self.scenes.iter_mut().for_each(|roots| roots.roots.push(image));
-                portal.carried.push(Carried { node: id, image, end });
+                portal.carried.push(PortalTraveller { node: id, image, end });
             }
         }
         self.portals.push(portal);
@@ -124,7 +90,7 @@ impl Scene {
         let mut changes = Vec::new();
         for portal in &self.portals {
             let panels = portal.nodes.map(|id| self.panel(id).ok());
-            for Carried { node, image, end } in &portal.carried {
+            for PortalTraveller { node, image, end } in &portal.carried {
                 let (Some(from), Some(to)) = (panels[*end], panels[1 - *end]) else { continue };
                 let is_there = visible.contains(node) && self.goes_into(*node, &from);
                 let matrix = through(&from, &to) * self.node(*node).world_from_object;

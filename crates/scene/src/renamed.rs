@@ -24,7 +24,7 @@ pub enum NameKind {
 
 /// A name with the older name that still works.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Renamed {
+pub struct NameChange {
     /// Where it stands.
     pub kind: NameKind,
     /// The older name.
@@ -37,17 +37,17 @@ pub struct Renamed {
 const REFLECTION_PROBES: NameKind = NameKind::StageKey("reflection_probes");
 
 /// All of them. A row goes when the next version is out.
-pub static RENAMED: [Renamed; 6] = [
-    Renamed { kind: NameKind::StageTable, older: "surroundings", name: "reflection_probes" },
-    Renamed { kind: REFLECTION_PROBES, older: "walls", name: "parallax_correction" },
-    Renamed { kind: REFLECTION_PROBES, older: "walls_center", name: "parallax_center" },
-    Renamed { kind: REFLECTION_PROBES, older: "walls_size_m", name: "parallax_size_m" },
-    Renamed { kind: NameKind::Setting, older: "shadows.turns", name: "shadows.spread_over_samples" },
-    Renamed { kind: NameKind::Demo, older: "surroundings", name: "reflection_probes" },
+pub static RENAMED: [NameChange; 6] = [
+    NameChange { kind: NameKind::StageTable, older: "surroundings", name: "reflection_probes" },
+    NameChange { kind: REFLECTION_PROBES, older: "walls", name: "parallax_correction" },
+    NameChange { kind: REFLECTION_PROBES, older: "walls_center", name: "parallax_center" },
+    NameChange { kind: REFLECTION_PROBES, older: "walls_size_m", name: "parallax_size_m" },
+    NameChange { kind: NameKind::Setting, older: "shadows.turns", name: "shadows.spread_over_samples" },
+    NameChange { kind: NameKind::Demo, older: "surroundings", name: "reflection_probes" },
 ];
 
 /// What the older name `name` is called now; none if it is no older name.
-pub fn renamed(kind: NameKind, name: &str) -> Option<&'static Renamed> {
+pub fn renamed(kind: NameKind, name: &str) -> Option<&'static NameChange> {
     RENAMED.iter().find(|renamed| renamed.kind == kind && renamed.older == name)
 }
 
@@ -56,7 +56,7 @@ pub fn current(kind: NameKind, name: &str) -> &str {
     renamed(kind, name).map_or(name, |renamed| renamed.name)
 }
 
-impl Renamed {
+impl NameChange {
     /// A name of this kind as users write it.
     pub fn written(&self, name: &str) -> String {
         match self.kind {
@@ -68,7 +68,7 @@ impl Renamed {
 }
 
 /// The notice: a sentence without a full stop.
-impl Display for Renamed {
+impl Display for NameChange {
     fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
         let (older, name) = (self.written(self.older), self.written(self.name));
         let place = if let NameKind::StageKey(table) = self.kind { format!(" of [[{table}]]") } else { String::new() };

@@ -1,19 +1,14 @@
 //! The scenes of a file, of which one is shown.
 
-use crate::{Levels, NodeId, Scene};
+mod roots;
+
+pub use roots::SceneRoots;
+
+use crate::{Levels, Scene};
 
 /// The most primitives, counted once for every node that shows them, that a scene may draw: a million. A few bytes of
 /// JSON can ask for the product of two long lists.
 pub const MAX_DRAWN_PRIMITIVES: usize = 1 << 20;
-
-/// One of the scenes of a file: a choice of its nodes.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct SceneRoots {
-    /// The name in the file; empty if it has none.
-    pub name: String,
-    /// The nodes without a parent that it draws.
-    pub roots: Vec<NodeId>,
-}
 
 /// The error of a scene that cannot be shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

@@ -6,8 +6,9 @@
 //! indices.
 
 mod stored;
+mod wanted;
 
-use crate::{Cache, Mesh, Primitive, PrimitiveLevel, Scene, Topology};
+use crate::{Cache, Mesh, Primitive, PrimitiveLevel, Scene};
 use glam::Vec2;
 use meshoptimizer_rs::{
     Attributes, Error, Limits, Positions, SimplifyOptions, SimplifySettings, VertexFlags, Workspace, simplify_scale,
@@ -15,9 +16,8 @@ use meshoptimizer_rs::{
 };
 use std::collections::HashMap;
 use std::sync::Arc;
+use wanted::{TRIANGLES_MIN, is_wanted};
 
-/// No level has fewer triangles, and meshes below twice as many have no levels.
-const TRIANGLES_MIN: usize = 32;
 /// Each level has so much of the triangles of the one before, if that is possible.
 const SHARE: f32 = 0.5;
 /// What leaves more of them is no level.
@@ -74,18 +74,10 @@ impl Scene {
     }
 }
 
-fn is_wanted(primitive: &Primitive) -> bool {
-    let count = if primitive.indices.is_empty() { primitive.positions.len() } else { primitive.indices.len() };
-    primitive.topology == Topology::Triangles
-        && primitive.morph_targets.is_empty()
-        && primitive.levels.is_empty()
-        && count >= 6 * TRIANGLES_MIN
-}
-
-type Made = Result<Vec<Vec<PrimitiveLevel>>, Error>;
+type LevelsResult = Result<Vec<Vec<PrimitiveLevel>>, Error>;
 
 /// The levels of the wanted meshes, all from a cache or made anew.
-fn levels_from(cache: Option<&dyn Cache>, meshes: &[Arc<Mesh>], wanted: &[usize]) -> Vec<(usize, Made)> {
+fn levels_from(cache: Option<&dyn Cache>, meshes: &[Arc<Mesh>], wanted: &[usize]) -> Vec<(usize, LevelsResult)> {
     let cache = cache.filter(|_| !wanted.is_empty()).map(|cache| (cache, stored::name_of(meshes, wanted)));
     let entry = cache.as_ref().and_then(|(cache, name)| cache.get(name));
     if let Some(known) = entry.and_then(|entry| stored::levels_of(&entry, meshes, wanted)) {
@@ -101,14 +93,14 @@ fn levels_from(cache: Option<&dyn Cache>, meshes: &[Arc<Mesh>], wanted: &[usize]
 }
 
 #[cfg(target_arch = "wasm32")]
-fn levels_of_all(meshes: &[Arc<Mesh>], wanted: &[usize]) -> Vec<(usize, Made)> {
+fn levels_of_all(meshes: &[Arc<Mesh>], wanted: &[usize]) -> Vec<(usize, LevelsResult)> {
     let mut workspace = workspace();
     wanted.iter().map(|mesh| (*mesh, levels_of(&meshes[*mesh], &mut workspace))).collect()
 }
 
 /// The levels of the wanted meshes, of several at a time.
 #[cfg(not(target_arch = "wasm32"))]
-fn levels_of_all(meshes: &[Arc<Mesh>], wanted: &[usize]) -> Vec<(usize, Made)> {
+fn levels_of_all(meshes: &[Arc<Mesh>], wanted: &[usize]) -> Vec<(usize, LevelsResult)> {
     use std::sync::atomic::{AtomicUsize, Ordering};
     let next = AtomicUsize::new(0);
     let work = || {
@@ -137,7 +129,7 @@ fn workspace() -> Workspace {
 }
 
 /// The levels of every primitive of a mesh.
-fn levels_of(mesh: &Mesh, workspace: &mut Workspace) -> Made {
+fn levels_of(mesh: &Mesh, workspace: &mut Workspace) -> LevelsResult {
     // Where primitives meet, no gap may open between different levels of them.
     let mut owners: HashMap<Place, usize> = HashMap::new();
     let mut shared: Vec<Place> = Vec::new();
@@ -219,8 +211,8 @@ fn attributes(primitive: &Primitive) -> Vec<f32> {
 /// Vertices stay where other primitives have some, and along seams of textures and colours. Edges between normals may
 /// go: their weight says how much that costs.
 fn flags(primitive: &Primitive, shared: &std::collections::HashSet<Place>) -> Vec<VertexFlags> {
-    type Seen = ([Option<[u32; 2]>; 2], Option<[u32; 4]>);
-    let seen_at = |i: usize| -> Seen {
+    type AttributeBits = ([Option<[u32; 2]>; 2], Option<[u32; 4]>);
+    let seen_at = |i: usize| -> AttributeBits {
         let uv = |uvs: &[[f32; 2]]| uvs.get(i).map(|uv| uv.map(f32::to_bits));
         ([uv(&primitive.uv0), uv(&primitive.uv1)], primitive.colors.get(i).map(|color| color.map(f32::to_bits)))
     };
@@ -245,7 +237,7 @@ fn flags(primitive: &Primitive, shared: &std::collections::HashSet<Place>) -> Ve
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::primitives;
+    use crate::{Topology, primitives};
     use glam::Vec3;
 
     fn scene_of(primitives: Vec<Primitive>) -> Scene {
@@ -292,9 +284,9 @@ mod tests {
 
     /// What was put there, and how often something was looked for and found.
     #[derive(Debug, Default)]
-    struct Kept(std::sync::Mutex<(Entries, [u32; 2])>);
+    struct MemoryCache(std::sync::Mutex<(Entries, [u32; 2])>);
 
-    impl Cache for Kept {
+    impl Cache for MemoryCache {
         fn get(&self, name: &str) -> Option<Vec<u8>> {
             let (kept, [asked, found]) = &mut *self.0.lock().unwrap();
             let entry = kept.get(name).cloned();
@@ -309,7 +301,7 @@ mod tests {
 
     #[test]
     fn levels_of_a_cache_are_those_that_were_made() {
-        let kept = Kept::default();
+        let kept = MemoryCache::default();
         let scene = |segments: u32| {
             let mut scene = scene_of(vec![primitives::uv_sphere(2.0, 2 * segments, segments)]);
             scene.meshes.push(scene_of(vec![primitives::cube(Vec3::ONE)]).meshes.remove(0));

@@ -14,7 +14,7 @@ use air::{Air, GROUND_KM, Ray, phases};
 use glam::{DVec3, Vec3};
 use half::f16;
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
-use tables::{Scattered, Tables};
+use tables::{InScattering, Tables};
 
 /// What 1 in the picture stands for, in cd/m² (and of illuminance in lux): surfaces in full daylight are then as bright
 /// as they are to be shown.
@@ -76,12 +76,12 @@ impl Sky {
             let to_sun = |around: f64| sine * sun_sine + cosine * sun_cosine * around.cos();
             let ray = Ray { radius_km: GROUND_KM + EYE_KM, cosine: sine };
             let around = |i: usize| PI * i as f64 / (DIRECTIONS - 1) as f64;
-            let nodes: [Scattered; DIRECTIONS] =
+            let nodes: [InScattering; DIRECTIONS] =
                 std::array::from_fn(|i| tables.scattered(ray, sun_sine, to_sun(around(i)), STEPS));
             let ground = if ray.meets_ground() { irradiance * albedo / PI } else { DVec3::ZERO };
             let mut sum = DVec3::ZERO;
             for column in &columns {
-                let Scattered { rayleigh, mie, multiple, transmittance } =
+                let InScattering { rayleigh, mie, multiple, transmittance } =
                     nodes[column.node].lerp(&nodes[column.node + 1], column.share);
                 let [of_air, of_haze] = phases(to_sun(column.around));
                 let radiance = (rayleigh * of_air + mie * of_haze + multiple) * sunlight + transmittance * ground;

@@ -1,7 +1,7 @@
 //! Loads every model of the shared assets. Without that folder the tests are skipped.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-use manypass_scene::{LoadError, Loaded, Scene, gltf_file};
+use manypass_scene::{LoadError, LoadedScene, Scene, gltf_file};
 use manypass_testkit::needs::{assets, assets_folder};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -23,7 +23,7 @@ fn models(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Loads on another thread, so that a panic or an endless loop fails with the model's name.
-fn load(path: &Path) -> Result<Loaded, LoadError> {
+fn load(path: &Path) -> Result<LoadedScene, LoadError> {
     let (sender, receiver) = std::sync::mpsc::channel();
     let owned = path.to_owned();
     std::thread::spawn(move || {
@@ -73,7 +73,7 @@ fn every_model_loads_or_names_what_it_requires() {
             continue;
         }
         match load(&path) {
-            Ok(Loaded { mut scene, warnings }) => {
+            Ok(LoadedScene { mut scene, warnings }) => {
                 check_invariants(&scene);
                 for animation in 0..scene.animations.len() {
                     scene.pose(animation, 0.5 * scene.animations[animation].duration_secs());
@@ -203,7 +203,7 @@ fn every_file_of_the_validator_gets_the_verdict_that_its_errors_deserve() {
         let should_load = exception.map_or(!is_fatal, |exception| exception.1);
         let result = load(&assets_folder().join(file));
         // That nothing is drawn says nothing of what is broken.
-        let tells = |loaded: &Loaded| loaded.warnings.iter().any(|warning| !warning.contains("draws nothing"));
+        let tells = |loaded: &LoadedScene| loaded.warnings.iter().any(|warning| !warning.contains("draws nothing"));
         let is_silent = is_broken && result.as_ref().is_ok_and(|loaded| !tells(loaded));
         if result.is_ok() != should_load || is_silent {
             wrong.push(format!("{file}: {codes:?}: {:?}", result.as_ref().map(|loaded| &loaded.warnings)));

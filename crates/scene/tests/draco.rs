@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
 use crate::common::{floats, twins};
-use manypass_scene::{LoadError, Loaded, load_bytes, load_path};
+use manypass_scene::{LoadError, LoadedScene, load_bytes, load_path};
 use manypass_testkit::needs::assets;
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -50,7 +50,7 @@ fn file(stream: &[u8]) -> Value {
     })
 }
 
-fn load(file: &Value, stream: &[u8]) -> Result<Loaded, LoadError> {
+fn load(file: &Value, stream: &[u8]) -> Result<LoadedScene, LoadError> {
     let weights = floats(&[1.0, 0.0, 0.0, 0.0].repeat(4));
     let mut resolve = |uri: &str| Ok(if uri == "packed.bin" { stream.to_vec() } else { weights.clone() });
     load_bytes(file.to_string().as_bytes(), &mut resolve, "test.gltf")

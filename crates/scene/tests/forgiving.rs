@@ -36,7 +36,7 @@ fn model() -> Model {
 type Change = fn(&mut Value);
 
 /// A model with a change, and what is said of it.
-fn changed(change: impl FnOnce(&mut Value)) -> manypass_scene::Loaded {
+fn changed(change: impl FnOnce(&mut Value)) -> manypass_scene::LoadedScene {
     let mut model = model();
     change(&mut model.json);
     model.try_load().unwrap()

@@ -1,11 +1,11 @@
 //! Accessors of every kind, and files that lie about themselves.
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-use manypass_scene::{LoadError, Loaded, load_bytes};
+use manypass_scene::{LoadError, LoadedScene, load_bytes};
 use proptest::prelude::*;
 use serde_json::{Value, json};
 
-fn load(json: &Value, buffer: &[u8]) -> Result<Loaded, LoadError> {
+fn load(json: &Value, buffer: &[u8]) -> Result<LoadedScene, LoadError> {
     load_bytes(json.to_string().as_bytes(), &mut |_| Ok(buffer.to_vec()), "test.gltf")
 }
 
@@ -19,7 +19,7 @@ fn points(accessor: Value, views: Value, buffer_length: usize) -> Value {
     })
 }
 
-fn positions(loaded: &Loaded) -> &[[f32; 3]] {
+fn positions(loaded: &LoadedScene) -> &[[f32; 3]] {
     &loaded.scene.meshes[0].primitives[0].positions
 }
 

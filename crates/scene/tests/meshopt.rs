@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
 use crate::common::twins;
-use manypass_scene::{LoadError, Loaded, load_bytes, load_path};
+use manypass_scene::{LoadError, LoadedScene, load_bytes, load_path};
 use manypass_testkit::needs::assets;
 use proptest::prelude::*;
 use serde_json::{Value, json};
@@ -36,7 +36,7 @@ fn positions(name: &str, data: &[u8], count: usize, stride: usize) -> Value {
     file
 }
 
-fn load(file: &Value, packed: &[u8]) -> Result<Loaded, LoadError> {
+fn load(file: &Value, packed: &[u8]) -> Result<LoadedScene, LoadError> {
     let mut resolve = |uri: &str| if uri == "packed.bin" { Ok(packed.to_vec()) } else { Err(format!("no {uri}")) };
     load_bytes(file.to_string().as_bytes(), &mut resolve, "test.gltf")
 }

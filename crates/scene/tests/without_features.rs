@@ -12,7 +12,7 @@
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
 use manypass_scene::overlay::Font;
-use manypass_scene::{EnvironmentMap, Image, ImageSource, Loaded, Scene, load_bytes};
+use manypass_scene::{EnvironmentMap, Image, ImageSource, LoadedScene, Scene, load_bytes};
 use manypass_testkit::ktx2;
 use serde_json::{Value, json};
 
@@ -20,7 +20,7 @@ const DRACO: &str = "KHR_draco_mesh_compression";
 const MESHOPT: &str = "EXT_meshopt_compression";
 
 /// Loads a file whose buffers hold zeros.
-fn load(file: &Value) -> Result<Loaded, String> {
+fn load(file: &Value) -> Result<LoadedScene, String> {
     let mut resolve = |uri: &str| uri.parse().map(|length| vec![0; length]).map_err(|_| format!("no {uri}"));
     load_bytes(file.to_string().as_bytes(), &mut resolve, "test.gltf").map_err(|error| error.to_string())
 }

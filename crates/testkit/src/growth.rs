@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 
 /// What a file has many of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Many {
+pub enum GrowthAxis {
     /// Nodes with names beside each other that show the same triangle.
     Nodes,
     /// Nodes below each other.
@@ -35,7 +35,7 @@ pub enum Many {
     Items,
 }
 
-impl Many {
+impl GrowthAxis {
     /// All of them.
     pub const ALL: [Self; 13] = [
         Self::Nodes,
@@ -231,10 +231,10 @@ mod tests {
     #[test]
     fn every_file_has_as_many_as_it_says() {
         const COUNT: usize = 7;
-        for many in Many::ALL {
+        for many in GrowthAxis::ALL {
             let (name, text) = (many.file_name(COUNT), many.text(COUNT));
-            let mut resolve = |_: &str| Ok(Many::Nodes.text(COUNT).into_bytes());
-            let (scene, warnings) = if many == Many::Items {
+            let mut resolve = |_: &str| Ok(GrowthAxis::Nodes.text(COUNT).into_bytes());
+            let (scene, warnings) = if many == GrowthAxis::Items {
                 let staged = stage::load_bytes(text.as_bytes(), &mut resolve, &name).expect("a stage");
                 (staged.scene, staged.warnings)
             } else {
@@ -244,20 +244,20 @@ mod tests {
             assert!(warnings.is_empty(), "{name}: {warnings:?}");
             let primitives = scene.meshes.iter().map(|mesh| mesh.primitives.len()).sum::<usize>();
             let found = match many {
-                Many::Nodes => scene.nodes.len(),
-                Many::Generations => scene.nodes.len() - 1,
-                Many::Skinned => scene.nodes.iter().filter(|node| node.skin == Some(0)).count(),
-                Many::Lights => scene.lights.len(),
-                Many::Materials => scene.materials.len().min(primitives),
-                Many::UnusedMaterials => scene.materials.len(),
-                Many::Primitives => primitives,
-                Many::Cameras => scene.placed_cameras().len(),
-                Many::Channels => scene.animations[0].properties.len(),
-                Many::Corners => scene.meshes[0].primitives[0].indices.len() / 3 + 2,
-                Many::Points => scene.meshes[0].primitives[0].positions.len(),
+                GrowthAxis::Nodes => scene.nodes.len(),
+                GrowthAxis::Generations => scene.nodes.len() - 1,
+                GrowthAxis::Skinned => scene.nodes.iter().filter(|node| node.skin == Some(0)).count(),
+                GrowthAxis::Lights => scene.lights.len(),
+                GrowthAxis::Materials => scene.materials.len().min(primitives),
+                GrowthAxis::UnusedMaterials => scene.materials.len(),
+                GrowthAxis::Primitives => primitives,
+                GrowthAxis::Cameras => scene.placed_cameras().len(),
+                GrowthAxis::Channels => scene.animations[0].properties.len(),
+                GrowthAxis::Corners => scene.meshes[0].primitives[0].indices.len() / 3 + 2,
+                GrowthAxis::Points => scene.meshes[0].primitives[0].positions.len(),
                 // The triangle, and a line from each vertex to the next.
-                Many::Continuations => scene.meshes[0].primitives[1].indices.len() / 2,
-                Many::Items => scene.overlay.items.len(),
+                GrowthAxis::Continuations => scene.meshes[0].primitives[1].indices.len() / 2,
+                GrowthAxis::Items => scene.overlay.items.len(),
             };
             assert_eq!(found, COUNT, "{name}");
         }

@@ -150,7 +150,7 @@ pub struct Frame {
 
 /// What a ray sees.
 #[derive(Clone, Copy, Debug)]
-struct Seen {
+struct RayResult {
     radiance: DVec3,
     /// The first surface that is not blended.
     solid: Option<Hit>,
@@ -188,11 +188,11 @@ impl World {
         (origin_world, direction_world): (DVec3, DVec3),
         albedos: &Albedos,
         (options, sequence): (Options, Sequence),
-    ) -> Seen {
+    ) -> RayResult {
         let behind = self.nearest_hit(origin_world, direction_world);
         let limit_m = behind.map_or(f64::INFINITY, |hit| hit.distance_m);
         let layers = self.meshes.layers(origin_world, direction_world, limit_m);
-        let mut seen = Seen { radiance: DVec3::ZERO, solid: None };
+        let mut seen = RayResult { radiance: DVec3::ZERO, solid: None };
         let fog_before = |distance_m: f64| {
             self.medium.map_or(1.0, |medium| medium.transmittance(origin_world, direction_world, distance_m))
         };

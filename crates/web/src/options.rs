@@ -1,8 +1,8 @@
 //! `RenderOptions` of the TypeScript section.
 
-use manypass::scene::renamed::{NameKind, RENAMED, Renamed, current, renamed};
+use manypass::scene::renamed::{NameChange, NameKind, RENAMED, current, renamed};
 use manypass::scene::{Scene, Stage};
-use manypass::settings::Written;
+use manypass::settings::SettingInput;
 use manypass::{EffectFile, Exposure, Fisheye, FrameRequest, Quality, QualityBudget, Settings, effect};
 use wasm_bindgen::prelude::*;
 
@@ -13,9 +13,9 @@ pub struct Options {
     /// The tier whose settings come before all others, if one was chosen.
     quality: Option<Quality>,
     /// What was chosen, by key, in its order.
-    chosen: Vec<(String, Written)>,
+    chosen: Vec<(String, SettingInput)>,
     /// The older keys by which something was chosen.
-    older: Vec<&'static Renamed>,
+    older: Vec<&'static NameChange>,
     /// The stage that is shown.
     stage: Option<Stage>,
     /// Effects whose texts were given.
@@ -155,7 +155,7 @@ impl Options {
     }
 
     /// Changes a setting by choice.
-    fn give(&mut self, key: &str, written: Written) {
+    fn give(&mut self, key: &str, written: SettingInput) {
         if let Some(older) = renamed(NameKind::Setting, key).filter(|older| !self.older.contains(older)) {
             self.older.push(older);
         }
@@ -194,11 +194,11 @@ impl Options {
             return Ok(());
         }
         match key {
-            "exposure" if value.is_null() => self.give("exposure.stops", Written::from("scene")),
+            "exposure" if value.is_null() => self.give("exposure.stops", SettingInput::from("scene")),
             "exposure" => {
                 // It says what is wrong in words of its own.
                 let _: Exposure = scalar(value).parse()?;
-                self.give("exposure.stops", Written::Text(scalar(value)));
+                self.give("exposure.stops", SettingInput::Text(scalar(value)));
             }
             "quality" if value.is_null() => self.quality = None,
             "quality" => {
@@ -222,7 +222,7 @@ impl Options {
 }
 
 /// The keys of an object with their values, as settings take them.
-pub fn entries(object: &JsValue) -> Vec<(String, Written)> {
+pub fn entries(object: &JsValue) -> Vec<(String, SettingInput)> {
     let entries = object.dyn_ref::<js_sys::Object>().map(js_sys::Object::entries).unwrap_or_default();
     let entry = |entry: JsValue| {
         let entry = js_sys::Array::from(&entry);
@@ -232,10 +232,10 @@ pub fn entries(object: &JsValue) -> Vec<(String, Written)> {
 }
 
 /// A value of a setting: a number, a boolean, a text, or an array of them.
-fn written(value: &JsValue) -> Written {
+fn written(value: &JsValue) -> SettingInput {
     match value.dyn_ref::<js_sys::Array>() {
-        Some(values) => Written::List(values.iter().map(|value| scalar(&value)).collect()),
-        None => Written::Text(scalar(value)),
+        Some(values) => SettingInput::List(values.iter().map(|value| scalar(&value)).collect()),
+        None => SettingInput::Text(scalar(value)),
     }
 }
 

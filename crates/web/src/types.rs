@@ -111,7 +111,7 @@ export interface Variable { name: VariableName; width: number; height: number; c
  * What a pixel shows: the ids of the node and the material, which are their indices plus 1, their names, empty where the file
  * gives none, and where the surface is, in metres.
  */
-export interface Picked {
+export interface PickedPixel {
   objectId: number; object: string; materialId: number; material: string; position: [number, number, number];
 }
 /** What a `.gltf` refers to: its relative addresses as written in the file, and the bytes. */
@@ -141,9 +141,9 @@ extern "C" {
     /// `Variable` of the TypeScript section.
     #[wasm_bindgen(typescript_type = "Variable")]
     pub type Variable;
-    /// `Picked` of the TypeScript section.
-    #[wasm_bindgen(typescript_type = "Picked")]
-    pub type Picked;
+    /// `PickedPixel` of the TypeScript section.
+    #[wasm_bindgen(typescript_type = "PickedPixel")]
+    pub type PickedPixel;
     /// Effects of the TypeScript section.
     #[wasm_bindgen(typescript_type = "(EffectFile | BuiltInEffect)[]")]
     pub type EffectFiles;

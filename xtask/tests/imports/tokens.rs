@@ -5,9 +5,9 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// What is written in one module.
 #[derive(Debug, Default)]
-pub struct Parsed {
+pub struct ModuleContent {
     /// `mod name;` without, `mod name { … }` with what it holds.
-    pub children: Vec<(String, Option<Parsed>)>,
+    pub children: Vec<(String, Option<ModuleContent>)>,
     /// `mod name;` under `cfg(test)`.
     pub test_children: Vec<String>,
     /// Names of what is defined in it.
@@ -31,9 +31,9 @@ const BEFORE_ITEMS: [&str; 7] = ["mod", "use", "pub", "impl", "unsafe", "async",
 ///
 /// # Errors
 /// The text is no Rust.
-pub fn parse(text: &str) -> Result<Parsed, String> {
+pub fn parse(text: &str) -> Result<ModuleContent, String> {
     let tokens: TokenStream = text.parse().map_err(|error| format!("{error}"))?;
-    let mut parsed = Parsed::default();
+    let mut parsed = ModuleContent::default();
     parsed.scan(&collected(tokens), true);
     Ok(parsed)
 }
@@ -74,7 +74,15 @@ fn is_for_tests(attribute: &[TokenTree]) -> bool {
         && (names_test(&condition) || of_all.is_some_and(|condition| names_test(&condition)))
 }
 
-impl Parsed {
+/// Whether `path = …` gives a module the file that stands in for it where a feature is off. No other `path` is known.
+fn is_for_stand_in(attribute: &[TokenTree]) -> bool {
+    let is_path = word(attribute, 0).as_deref() == Some("path");
+    let is_absent = attribute.get(2).is_some_and(|file| file.to_string().ends_with("absent.rs\""));
+    assert!(!is_path || is_absent, "#[path] of another file than a stand-in, `…absent.rs`, is not understood here");
+    is_path
+}
+
+impl ModuleContent {
     /// Reads tokens of the module; `is_outermost` where its items are, not within them.
     fn scan(&mut self, tokens: &[TokenTree], is_outermost: bool) {
         let mut at = 0;
@@ -88,8 +96,7 @@ impl Parsed {
         if is_sign(tokens, at, '#') {
             let bracket = if is_sign(tokens, at + 1, '!') { at + 2 } else { at + 1 };
             let attribute = group(tokens, bracket, Delimiter::Bracket).unwrap_or_default();
-            assert!(word(&attribute, 0).as_deref() != Some("path"), "#[path] is not understood here");
-            if is_for_tests(&attribute) {
+            if is_for_tests(&attribute) || is_for_stand_in(&attribute) {
                 return self.skip_item(tokens, bracket + 1);
             }
             self.scan(&attribute, false);

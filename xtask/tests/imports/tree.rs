@@ -1,7 +1,7 @@
 //! What the files of a crate import from one another, read from their tokens: `use` in every form, paths that are
 //! written out, and those within macros. A name that a module exports again counts for where it is defined.
 
-use super::tokens::{self, Parsed};
+use super::tokens::{self, ModuleContent};
 use std::collections::{BTreeMap, BTreeSet, VecDeque};
 
 /// The modules of a crate.
@@ -15,19 +15,19 @@ pub struct Tree {
     /// Files that only tests have.
     test_files: BTreeSet<String>,
     imports: BTreeMap<(String, String), String>,
-    named: BTreeSet<Named>,
+    named: BTreeSet<ItemUse>,
 }
 
 #[derive(Debug)]
 struct Module {
     path: Vec<String>,
     file: String,
-    parsed: Parsed,
+    parsed: ModuleContent,
 }
 
 /// An item that a file names.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub struct Named {
+pub struct ItemUse {
     /// The file that names it.
     pub by: String,
     /// The file that defines it.
@@ -63,14 +63,20 @@ impl Tree {
                 if by != of {
                     tree.imports.entry((by.clone(), of.clone())).or_insert_with(|| written.join("::"));
                 }
-                let named = item.map(|item| Named { by: by.clone(), of: of.clone(), item });
+                let named = item.map(|item| ItemUse { by: by.clone(), of: of.clone(), item });
                 tree.named.extend(named);
             }
         }
         tree
     }
 
-    fn add(&mut self, files: &BTreeMap<String, String>, path: Vec<String>, file: String, inline: Option<Parsed>) {
+    fn add(
+        &mut self,
+        files: &BTreeMap<String, String>,
+        path: Vec<String>,
+        file: String,
+        inline: Option<ModuleContent>,
+    ) {
         let parsed = inline.unwrap_or_else(|| {
             let text = files.get(&file).unwrap_or_else(|| panic!("there is no {file}"));
             tokens::parse(text).unwrap_or_else(|error| panic!("{file}: {error}"))
@@ -178,7 +184,7 @@ impl Tree {
     }
 
     /// All items that files name, their own included.
-    pub fn named(&self) -> &BTreeSet<Named> {
+    pub fn named(&self) -> &BTreeSet<ItemUse> {
         &self.named
     }
 

@@ -2,9 +2,9 @@
 #![allow(dead_code, reason = "each test uses some of it")]
 
 use glam::Vec3;
-use manypass_bake::{Around, BakeSettings, Baked, LayoutSettings};
+use manypass_bake::{BakeSettings, BakedMaps, DistantLight, LayoutSettings};
 use manypass_scene::material::Specular;
-use manypass_scene::{Mapped, Material, Mesh, Node, Primitive, Scene};
+use manypass_scene::{Material, Mesh, Node, Primitive, Scene, TexturedFactor};
 use std::sync::Arc;
 
 /// A surface that scatters `reflectance` of all light, and gives `emission`.
@@ -13,7 +13,7 @@ pub fn matte(reflectance: f32, emission: f32) -> Material {
         base_color_factor: Vec3::splat(reflectance).extend(1.0),
         metallic_factor: 0.0,
         emissive_factor: Vec3::splat(emission),
-        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
+        specular: Some(Specular { weight: TexturedFactor::new(0.0), ..Specular::default() }),
         ..Material::default()
     }
 }
@@ -35,12 +35,12 @@ pub fn settings(texels_per_m: f32, samples: u32, bounces: u32) -> BakeSettings {
 }
 
 /// What a bake finds.
-pub fn bake(scene: &Scene, around: Option<&dyn Around>, settings: &BakeSettings) -> Baked {
+pub fn bake(scene: &Scene, around: Option<&dyn DistantLight>, settings: &BakeSettings) -> BakedMaps {
     manypass_bake::bake(scene, around, settings, &()).expect("it bakes")
 }
 
 /// The texels within the triangles of a primitive by the middle of each triangle, weighted by nothing: their mean.
-pub fn mean(maps: &Baked, which: usize) -> f32 {
+pub fn mean(maps: &BakedMaps, which: usize) -> f32 {
     let of = &maps.layout.unwrapped[which];
     let centers = of.indices.chunks_exact(3).map(|corners| {
         let uv = corners.iter().map(|corner| of.vertices[*corner as usize].1).sum::<glam::Vec2>() / 3.0;
@@ -51,12 +51,12 @@ pub fn mean(maps: &Baked, which: usize) -> f32 {
 }
 
 /// The red of the texel at a place.
-pub fn at(maps: &Baked, page: u32, uv: glam::Vec2) -> f32 {
+pub fn at(maps: &BakedMaps, page: u32, uv: glam::Vec2) -> f32 {
     maps.light[texel(maps, page, uv)][0]
 }
 
 /// The texel at a place.
-pub fn texel(maps: &Baked, page: u32, uv: glam::Vec2) -> usize {
+pub fn texel(maps: &BakedMaps, page: u32, uv: glam::Vec2) -> usize {
     let (width, height) = (maps.layout.width as usize, maps.layout.height as usize);
     let (x, y) = ((uv.x * width as f32) as usize, (uv.y * height as f32) as usize);
     (page as usize * height + y.min(height - 1)) * width + x.min(width - 1)

@@ -1,11 +1,11 @@
 //! What is baked: maps, probes, or both.
 
-use super::args::BakeArgs;
+use crate::args::bake::BakeArgs;
 use crate::failure::Failure;
 use glam::Vec3;
 use manypass_bake::{
-    Around, BakeError, BakeSettings, Baked, Baker, Keeper, LayoutSettings, ProbeBaker, ProbeSettings, Progress,
-    SAMPLES_MAX, Surfaces, SurroundingsBaker, SurroundingsSettings,
+    BakeError, BakeSettings, BakedMaps, Baker, DistantLight, Keeper, LayoutSettings, ProbeBaker, ProbeSettings,
+    Progress, SAMPLES_MAX, Surfaces, SurroundingsBaker, SurroundingsSettings,
 };
 use manypass_scene::probes::{ProbeBasis, ProbeGrid};
 use manypass_scene::surroundings::{Region, SURROUNDINGS_MAX, Surroundings};
@@ -21,7 +21,7 @@ const RAYS_FOR_PICTURES: u32 = 4;
 
 /// What the flags ask for.
 #[derive(Clone, Debug)]
-pub struct Wanted {
+pub struct BakeRequest {
     /// Maps, if there are to be any.
     pub maps: Option<BakeSettings>,
     /// Probes, and in which basis.
@@ -30,7 +30,7 @@ pub struct Wanted {
     pub surroundings: Option<(SurroundingsSettings, bool)>,
 }
 
-impl Wanted {
+impl BakeRequest {
     /// Of flags.
     ///
     /// # Errors
@@ -109,7 +109,7 @@ impl Wanted {
     }
 }
 
-impl Wanted {
+impl BakeRequest {
     /// Draws near the origin what lies far from it for its size, if only maps are baked: these lie on surfaces, and all
     /// else is written with its place in the file's space.
     pub fn bring_near(&self, scene: &mut Scene) {
@@ -141,9 +141,9 @@ pub struct Bakers<'a> {
 }
 
 /// What was found.
-pub struct Found {
+pub struct BakeResults {
     /// Maps, if they were asked for.
-    pub maps: Option<Baked>,
+    pub maps: Option<BakedMaps>,
     /// Grids of probes.
     pub grids: Vec<ProbeGrid>,
     /// Places with pictures of what is to be seen around them.
@@ -158,8 +158,8 @@ impl<'a> Bakers<'a> {
     pub fn new(
         scene: &Scene,
         surfaces: &'a Surfaces,
-        around: Option<&'a dyn Around>,
-        (wanted, grids, places): (&Wanted, Vec<ProbeGrid>, Vec<Surroundings>),
+        around: Option<&'a dyn DistantLight>,
+        (wanted, grids, places): (&BakeRequest, Vec<ProbeGrid>, Vec<Surroundings>),
         progress: &dyn Progress,
     ) -> Result<Self, BakeError> {
         let maps = wanted.maps.map(|maps| Baker::new(scene, surfaces, around, &maps, progress)).transpose()?;
@@ -183,10 +183,10 @@ impl<'a> Bakers<'a> {
     ///
     /// # Errors
     /// `progress` says to stop.
-    pub fn run(self, progress: &dyn Progress, keeper: &dyn Keeper) -> Result<Found, BakeError> {
+    pub fn run(self, progress: &dyn Progress, keeper: &dyn Keeper) -> Result<BakeResults, BakeError> {
         let maps = self.maps.map(|maps| maps.run(progress, keeper)).transpose()?;
         let grids = self.probes.map(|probes| probes.run(progress, keeper)).transpose()?;
         let places = self.surroundings.map(|places| places.run(progress, keeper)).transpose()?;
-        Ok(Found { maps, grids: grids.unwrap_or_default(), places: places.unwrap_or_default() })
+        Ok(BakeResults { maps, grids: grids.unwrap_or_default(), places: places.unwrap_or_default() })
     }
 }

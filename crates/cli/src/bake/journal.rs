@@ -20,13 +20,13 @@ const HEAD: usize = 3 * 4 + 8;
 const BLOCK_BYTES_MAX: u32 = 1 << 20;
 
 /// Where the bytes of the block of a round lie, and how many they are.
-type Known = HashMap<(u32, u32), (u64, usize)>;
+type BlockIndex = HashMap<(u32, u32), (u64, usize)>;
 
 /// What was kept, and what will be.
 #[derive(Debug)]
 pub struct Journal {
     path: PathBuf,
-    known: Known,
+    known: BlockIndex,
     /// Closed where the disk takes no more.
     file: Mutex<Option<File>>,
     quiet: bool,
@@ -60,7 +60,7 @@ fn first_bytes(path: &Path, count: usize) -> Option<Vec<u8>> {
 }
 
 /// The records of a file that begins with `head`, and where the last whole one ends.
-fn records(file: &mut File, head: &str) -> io::Result<(Known, u64)> {
+fn records(file: &mut File, head: &str) -> io::Result<(BlockIndex, u64)> {
     let mut known = HashMap::new();
     let mut found = vec![0; head.len()];
     let (mut reader, mut at) = (io::BufReader::new(file), head.len() as u64);
@@ -117,7 +117,7 @@ impl Journal {
         Self { path, known, file: Mutex::new(file), quiet }
     }
 
-    fn begin(path: &Path, key: u64) -> io::Result<(Known, File)> {
+    fn begin(path: &Path, key: u64) -> io::Result<(BlockIndex, File)> {
         // A device or a pipe keeps nothing, and would be removed when the bake is done.
         if fs::symlink_metadata(path).is_ok_and(|there| !there.is_file()) {
             return Err(io::Error::other("it is not a regular file"));

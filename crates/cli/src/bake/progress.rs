@@ -1,6 +1,6 @@
 //! How far a bake is, on a terminal.
 
-use super::bakers::Wanted;
+use super::bakers::BakeRequest;
 use crate::interrupt::STOP;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use manypass_bake::{BakeSettings, Progress, Stage};
@@ -21,7 +21,7 @@ pub struct Bar {
 
 impl Bar {
     /// For a bake.
-    pub fn new(quiet: bool, wanted: &Wanted) -> Self {
+    pub fn new(quiet: bool, wanted: &BakeRequest) -> Self {
         let rounds = |maps: &BakeSettings| if maps.light { 1 + u64::from(maps.bounces) } else { 0 };
         let before_occlusion = wanted.maps.as_ref().map_or(0, rounds);
         let before_probes = before_occlusion + u64::from(wanted.maps.is_some_and(|maps| maps.occlusion));

@@ -1,13 +1,13 @@
 //! What a bake says that it did.
 
-use super::Outputs;
-use super::bakers::Found;
+use super::bakers::BakeResults;
+use super::outputs::Outputs;
 use glam::Vec3;
 use serde_json::{Value, json};
 
 /// What was done.
 pub(super) struct Report<'a> {
-    pub(super) found: &'a Found,
+    pub(super) found: &'a BakeResults,
     pub(super) outputs: &'a Outputs,
     pub(super) warnings: &'a [String],
     pub(super) ms: f64,

@@ -1,6 +1,6 @@
 //! Frames as a page draws them, with settings that keep to a budget if there is one.
 
-use crate::chosen::Chosen;
+use crate::chosen::SettingsChoice;
 use crate::failure::Failure;
 use crate::job;
 use manypass::{FrameRequest, Quality, QualityBudget, Settings};
@@ -19,7 +19,7 @@ impl Live {
     ///
     /// # Errors
     /// Settings that do not go together.
-    pub fn new(chosen: &Chosen<'_>, settings: &Settings, stage: Option<&Stage>) -> Result<Self, Failure> {
+    pub fn new(chosen: &SettingsChoice<'_>, settings: &Settings, stage: Option<&Stage>) -> Result<Self, Failure> {
         job::check_live_settings(settings)?;
         let best = chosen.quality().unwrap_or(Quality::Ultra);
         let over = |tier| chosen.settings_over(tier, stage).map(|(settings, _)| settings);

@@ -1,18 +1,18 @@
 //! Two models, seen by one camera: their pictures and their variables.
 
-use super::DiffArgs;
 use super::source::Source;
+use crate::args::diff::DiffArgs;
 use crate::camera::{self, CameraSpec, DEFAULT_ORBIT, Place};
-use crate::chosen::Chosen;
-use crate::exposure::Taken;
+use crate::chosen::SettingsChoice;
+use crate::exposure::InputExposure;
 use crate::failure::{Failure, say};
-use crate::input::Opened;
+use crate::input::InputScene;
 use crate::inspect::one;
-use crate::older::Told;
+use crate::older::ToldNames;
 use crate::request::effects;
 use crate::session::{self, still_failure};
 use crate::surroundings::Surroundings;
-use crate::{interrupt, job, looks, memory, scenes};
+use crate::{interrupt, job, looks, memory, scenes, size};
 use manypass::{Aov, EffectFile, FrameRequest, Renderer, Settings, View};
 use manypass_offline::still::{aov_named, aov_names, render_still};
 use manypass_offline::{AovLayer, CameraData, Picture};
@@ -50,7 +50,7 @@ pub struct Placement {
 }
 
 /// A model in memory, and the settings that it is drawn with.
-struct Read {
+struct ModelInput {
     name: String,
     scene: Scene,
     settings: Settings,
@@ -75,20 +75,20 @@ fn variables(asked: &str) -> Result<Vec<Aov>, Failure> {
 /// Wrong usage, an input that cannot be read, no adapter, or a picture that cannot be drawn.
 pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     let frame = &args.frame;
-    let (width, height) = job::size(&frame.size)?;
+    let (width, height) = size::parse(&frame.size)?;
     let spec = job::camera(frame)?;
     // All are drawn, because what changed is told by all.
     let (listed, drawn) = (variables(frame.aov.as_deref().unwrap_or("all"))?, variables("all")?);
     let meets_stages = [&args.a, &args.b].into_iter().any(|input| is_stage(Path::new(input)));
-    let chosen = Chosen::of_frame(frame)?.meeting_stages(meets_stages);
+    let chosen = SettingsChoice::of_frame(frame)?.meeting_stages(meets_stages);
     job::check_aovs(true, &chosen.settings(Settings::default(), None)?.0)?;
     session::note_cache(!args.cache.no_cache);
     let mut surroundings = Surroundings::new(session::cache(!args.cache.no_cache));
     interrupt::heed(true);
-    let mut told = Told::default();
-    let mut read = |argument: &str| -> Result<Read, Failure> {
+    let mut told = ToldNames::default();
+    let mut read = |argument: &str| -> Result<ModelInput, Failure> {
         let input = one(argument)?;
-        let Opened { mut scene, mut warnings, stage } = input.load()?;
+        let InputScene { mut scene, mut warnings, stage } = input.load()?;
         let (mut settings, effects) = chosen.settings(Settings::default(), stage.as_ref())?;
         job::check_aovs(true, &settings)?;
         warnings.extend(surroundings.prepare(&mut scene, &settings)?);
@@ -100,7 +100,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
         let name = input.name();
         warnings.iter().for_each(|warning| say(format_args!("warning: {name}: {warning}")));
         told.say(&name, &chosen.older_names(&input, stage.as_ref()));
-        Ok(Read { name, scene, settings, effects, is_stage: stage.is_some() })
+        Ok(ModelInput { name, scene, settings, effects, is_stage: stage.is_some() })
     };
     let (mut a, mut b) = (read(&args.a)?, read(&args.b)?);
     let (framing, placement) = bring_near(&mut a, &mut b, &spec);
@@ -109,7 +109,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     // Positions are compared in world space, where floats are fine.
     let request =
         FrameRequest { sample_count: frame.samples, want_aovs: drawn, ..FrameRequest::new(width, height, view) };
-    let request_of = |read: &Read| -> Result<FrameRequest, Failure> {
+    let request_of = |read: &ModelInput| -> Result<FrameRequest, Failure> {
         let (settings, effects) = (read.settings.clone(), effects(&renderer, read.effects.clone())?);
         let overlay = read.scene.overlay.clone();
         Ok(FrameRequest { settings, effects, overlay, ..request.clone() }.resolved(&read.scene))
@@ -122,7 +122,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
     }
     let (picture_a, taken) = still(&mut renderer, &a, request_a, None)?;
     let (picture_b, _) = still(&mut renderer, &b, request_b, is_shared.then_some(taken))?;
-    let source = |read: &Read, picture: &Picture| Source::of_display(&read.name, picture);
+    let source = |read: &ModelInput, picture: &Picture| Source::of_display(&read.name, picture);
     Ok(Models {
         a: source(&a, &picture_a)?,
         b: source(&b, &picture_b)?,
@@ -136,7 +136,7 @@ pub fn draw(args: &DiffArgs) -> Result<Models, Failure> {
 
 /// Draws both near the origin if they lie far from it for their size, by one origin, so that they stay where they are to
 /// each other; says how coarse what stays far away is. Gives what an automatic camera sees whole, and where they lie.
-fn bring_near(a: &mut Read, b: &mut Read, spec: &CameraSpec) -> (Framing, Placement) {
+fn bring_near(a: &mut ModelInput, b: &mut ModelInput, spec: &CameraSpec) -> (Framing, Placement) {
     let may_move = [&*a, &*b].iter().all(|read| scenes::may_move(&read.settings));
     let has_moved = may_move && a.scene.bring_near_with(&mut b.scene);
     let scenes = [&a.scene, &b.scene];
@@ -165,17 +165,17 @@ fn view(spec: &CameraSpec, scene: &Scene, framing: &Framing, aspect: f32) -> Res
 /// One picture with its variables, and the exposure that was taken if none was given.
 fn still(
     renderer: &mut Renderer,
-    read: &Read,
+    read: &ModelInput,
     mut request: FrameRequest,
-    taken: Option<Taken>,
-) -> Result<(Picture, Taken), Failure> {
+    taken: Option<InputExposure>,
+) -> Result<(Picture, InputExposure), Failure> {
     memory::check_scene(&read.scene, &renderer.gpu().adapter)?;
     renderer.unload();
     renderer.load(&read.scene).map_err(|error| still_failure(&error.into()))?;
     renderer.warnings().iter().for_each(|warning| say(format_args!("warning: {}: {warning}", read.name)));
     let taken = match taken {
         Some(taken) => taken,
-        None => Taken::new(renderer, &read.scene, &request)?,
+        None => InputExposure::new(renderer, &read.scene, &request)?,
     };
     taken.expose(&mut request);
     let samples = request.sample_count;

@@ -1,8 +1,9 @@
 //! What `diff` prints.
 
+use super::comparison::{Comparison, ModelComparison};
 use super::models::Placement;
-use super::variables::{Changed, Variable, Variables, unit};
-use super::{Compared, Comparison, DiffArgs};
+use super::variables::{ChangeShares, Variable, Variables, unit};
+use crate::args::diff::DiffArgs;
 use manypass_flip::Exposures;
 use manypass_offline::decode::Light;
 use serde_json::{Value, json};
@@ -37,7 +38,7 @@ pub fn text(comparison: &Comparison) -> String {
         }
     }
     text += "\n";
-    if let Some(Compared { variables, placement, .. }) = models {
+    if let Some(ModelComparison { variables, placement, .. }) = models {
         text += &placement_text(placement);
         text += &variables_text(variables);
     }
@@ -56,7 +57,7 @@ fn placement_text(placement: &Placement) -> String {
 
 /// What changed of models, and a line for each variable.
 fn variables_text(variables: &Variables) -> String {
-    let Variables { all, changed: Changed { geometry, material, light }, only: [only_a, only_b] } = variables;
+    let Variables { all, changed: ChangeShares { geometry, material, light }, only: [only_a, only_b] } = variables;
     let percent = |share: f64| 100.0 * share;
     let mut text = format!(
         "of the pixels that show either model: geometry changed in {:.2} %, else material in {:.2} %, else light in {:.2} %\n",
@@ -121,8 +122,8 @@ pub fn json(comparison: &Comparison, args: &DiffArgs) -> String {
         "sheet": args.output.as_ref().map(|path| path.display().to_string()),
     });
     if let (Some(compared), Some(fields)) = (models, value.as_object_mut()) {
-        let Compared { camera, variables, placement, .. } = compared;
-        let Changed { geometry, material, light } = variables.changed;
+        let ModelComparison { camera, variables, placement, .. } = compared;
+        let ChangeShares { geometry, material, light } = variables.changed;
         fields.insert("changed".into(), json!({ "geometry": geometry, "material": material, "light": light }));
         fields.insert("only".into(), json!({ "a": variables.only[0], "b": variables.only[1] }));
         fields.insert("variables".into(), variables.all.iter().map(variable).collect());

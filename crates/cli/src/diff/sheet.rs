@@ -1,8 +1,8 @@
 //! The sheet of `diff`: A, B and the map of their differences; of models also the variables that differ.
 
+use super::comparison::{Comparison, ModelComparison};
 use super::swatch::{opaque, range, shown, srgb};
 use super::variables::{Variable, unit};
-use super::{Compared, Comparison};
 use crate::failure::Failure;
 use crate::session::output_failure;
 use manypass::LegendEntry;
@@ -83,8 +83,8 @@ fn shown_picture(picture: &Picture, factor: f32) -> Vec<u8> {
 }
 
 /// Three cells for each variable that differs: of A, of B, and the difference up to its largest.
-fn variable_cells(compared: &Compared) -> Vec<Cell> {
-    let Compared { layers: [a, b], variables, .. } = compared;
+fn variable_cells(compared: &ModelComparison) -> Vec<Cell> {
+    let ModelComparison { layers: [a, b], variables, .. } = compared;
     let layers = |aov| a.iter().zip(b).find(|(a, _)| a.aov == aov);
     let differing = variables.all.iter().filter(|variable| variable.share > 0.0);
     differing

@@ -3,7 +3,7 @@
 use crate::failure::{Failure, Kind};
 use manypass_flip::{FlipError, Picture};
 use manypass_offline::Picture as Drawn;
-use manypass_offline::decode::{DecodeError, Decoded, Light, MAX_PIXELS, decode, is_known};
+use manypass_offline::decode::{DecodeError, DecodedPicture, Light, MAX_PIXELS, decode, is_known};
 use manypass_scene::gltf_file;
 use manypass_scene::input_file::{self, InputError};
 use std::io::Read;
@@ -58,7 +58,7 @@ impl Source {
         if bytes.is_empty() {
             return Err(failed(&"the file is empty", "write the picture again, or name another file"));
         }
-        let Decoded { width, height, light, rgba } = decode(&bytes).map_err(|error| {
+        let DecodedPicture { width, height, light, rgba } = decode(&bytes).map_err(|error| {
             let hint = match error {
                 DecodeError::Unknown => "convert it, or name another file",
                 DecodeError::TooLarge { .. } => "compare smaller pictures, or parts of them",

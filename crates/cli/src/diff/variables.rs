@@ -24,7 +24,7 @@ pub struct Variable {
 /// What became of the pixels in which a surface of either model is seen, as shares of them: of each the first that
 /// holds.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Changed {
+pub struct ChangeShares {
     /// A surface is there in one picture alone, or at another place, or turned another way.
     pub geometry: f64,
     /// Its base colour, metallic, roughness, occlusion or emission is another.
@@ -39,7 +39,7 @@ pub struct Variables {
     /// In the order in which they were drawn, those that are listed.
     pub all: Vec<Variable>,
     /// What changed.
-    pub changed: Changed,
+    pub changed: ChangeShares,
     /// The shares of the pixels in which either model is seen that show the first, and the second, alone.
     pub only: [f64; 2],
 }
@@ -58,7 +58,7 @@ pub fn unit(aov: Aov) -> &'static str {
 
 /// Which part of a model a variable tells of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Part {
+enum ModelPart {
     Geometry,
     Material,
     Light,
@@ -66,13 +66,13 @@ enum Part {
     Neither,
 }
 
-const fn part(aov: Aov) -> Part {
+const fn part(aov: Aov) -> ModelPart {
     match aov {
-        Aov::Depth | Aov::Position | Aov::Normal | Aov::NormalView => Part::Geometry,
-        Aov::BaseColor | Aov::Occlusion | Aov::Metallic | Aov::Roughness | Aov::Emission => Part::Material,
-        Aov::Radiance => Part::Light,
+        Aov::Depth | Aov::Position | Aov::Normal | Aov::NormalView => ModelPart::Geometry,
+        Aov::BaseColor | Aov::Occlusion | Aov::Metallic | Aov::Roughness | Aov::Emission => ModelPart::Material,
+        Aov::Radiance => ModelPart::Light,
         // What lies beside a pixel's surface changes its occlusion.
-        Aov::OcclusionScreen | Aov::Motion | Aov::ObjectId | Aov::MaterialId => Part::Neither,
+        Aov::OcclusionScreen | Aov::Motion | Aov::ObjectId | Aov::MaterialId => ModelPart::Neither,
     }
 }
 
@@ -112,10 +112,10 @@ pub fn compare(models: &Models) -> Variables {
             if differs(pixel, difference) {
                 different += 1;
                 let index = match part(a.aov) {
-                    Part::Geometry => 0,
-                    Part::Material => 1,
-                    Part::Light => 2,
-                    Part::Neither => continue,
+                    ModelPart::Geometry => 0,
+                    ModelPart::Material => 1,
+                    ModelPart::Light => 2,
+                    ModelPart::Neither => continue,
                 };
                 parts[pixel][index] = true;
             }
@@ -130,7 +130,7 @@ pub fn compare(models: &Models) -> Variables {
     Variables { all, changed, only }
 }
 
-fn shares(seen: &[[bool; 2]], parts: &[[bool; 3]]) -> (Changed, [f64; 2]) {
+fn shares(seen: &[[bool; 2]], parts: &[[bool; 3]]) -> (ChangeShares, [f64; 2]) {
     let (mut counts, mut only, mut either) = ([0_usize; 3], [0_usize; 2], 0_usize);
     for (seen, parts) in seen.iter().zip(parts) {
         let first = match seen {
@@ -146,7 +146,7 @@ fn shares(seen: &[[bool; 2]], parts: &[[bool; 3]]) -> (Changed, [f64; 2]) {
     }
     let share = |count: usize| count as f64 / either.max(1) as f64;
     let [geometry, material, light] = counts.map(share);
-    (Changed { geometry, material, light }, only.map(share))
+    (ChangeShares { geometry, material, light }, only.map(share))
 }
 
 fn depths(layers: &[AovLayer]) -> Option<&[f32]> {
@@ -215,7 +215,7 @@ mod tests {
         parts[1] = [false, true, true];
         parts[2] = [false, false, true];
         let (changed, only) = shares(&seen, &parts);
-        assert_eq!(changed, Changed { geometry: 0.4, material: 0.2, light: 0.2 });
+        assert_eq!(changed, ChangeShares { geometry: 0.4, material: 0.2, light: 0.2 });
         assert_eq!(only, [0.2, 0.0]);
     }
 

@@ -9,7 +9,7 @@ fn job(flags: &[&str]) -> Result<Job, Failure> {
     match cli.map_err(|error| Failure::usage(error, ""))?.command {
         Command::Render(args) => {
             let job = Job::new(&args, false, &["depth", "normal"])?;
-            let chosen = crate::chosen::Chosen::of_frame(&args.frame)?;
+            let chosen = crate::chosen::SettingsChoice::of_frame(&args.frame)?;
             let (settings, _) = chosen.settings(Settings::default(), None)?;
             job.check(&settings)?;
             check_settings(&settings)?;

@@ -1,6 +1,6 @@
 //! Finds the light of live probes for a picture, and says how far that is.
 
-use super::{Batch, counting_bar, failed};
+use super::batch::{Batch, counting_bar, failed};
 use crate::failure::Failure;
 use crate::interrupt;
 use manypass::FrameRequest;

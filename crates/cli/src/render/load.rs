@@ -1,14 +1,14 @@
 //! An input of a batch: read, on the device, and metered.
 
-use super::{Batch, failed};
+use super::batch::{Batch, failed};
 use crate::ahead::ReadAhead;
 use crate::args::RenderArgs;
 use crate::camera::Place;
 use crate::deliver::check_ids;
-use crate::exposure::Taken;
+use crate::exposure::InputExposure;
 use crate::failure::{Failure, say};
 use crate::gather::Item;
-use crate::input::{Input, Opened};
+use crate::input::{Input, InputScene};
 use crate::job;
 use crate::looks::{self, Look};
 use crate::provenance::{InputFile, input_files};
@@ -23,7 +23,7 @@ use manypass_scene::{Framing, Scene, Stage, demo};
 use std::time::Instant;
 
 /// An input in memory and on the device.
-pub(super) struct Loaded {
+pub(super) struct LoadedInput {
     /// As it was read, in the pose of the latest picture.
     pub scene: Scene,
     /// What an automatic camera shows whole.
@@ -33,7 +33,7 @@ pub(super) struct Loaded {
     /// Whether the next picture follows the last one of a sequence.
     pub goes_on: bool,
     /// The exposure of all pictures of the look that is shown.
-    pub exposure: Option<Taken>,
+    pub exposure: Option<InputExposure>,
     /// What its reader and the renderer warned of.
     pub warnings: Vec<String>,
     /// What may help, and is no warning.
@@ -49,11 +49,11 @@ impl Batch<'_> {
     ///
     /// # Errors
     /// It cannot be read or drawn, or there are warnings where those are errors.
-    pub(super) fn load(&mut self, item: &Item, phases: &mut Phases) -> Result<Loaded, Failure> {
+    pub(super) fn load(&mut self, item: &Item, phases: &mut Phases) -> Result<LoadedInput, Failure> {
         let start = Instant::now();
         // Two scenes at once need not fit into memory.
         self.renderer.unload();
-        let Opened { mut scene, mut warnings, stage } = ReadAhead::take(&mut self.ahead, &item.input)?;
+        let InputScene { mut scene, mut warnings, stage } = ReadAhead::take(&mut self.ahead, &item.input)?;
         warnings.extend(self.choose(stage.as_ref())?);
         if let Input::Demo(name) = &item.input
             && let Some(of_frames) = demo::frame_stage(name)
@@ -114,7 +114,7 @@ impl Batch<'_> {
         let older = self.chosen.older_names(&item.input, stage.as_ref());
         self.told.news(&older).iter().for_each(|name| self.hint(&item.input.name(), &name.to_string()));
         hints.extend(older.iter().map(ToString::to_string));
-        Ok(Loaded {
+        Ok(LoadedInput {
             scene,
             framing,
             looks,
@@ -156,12 +156,12 @@ impl Batch<'_> {
     pub(super) fn meter(
         &mut self,
         name: &str,
-        loaded: &mut Loaded,
+        loaded: &mut LoadedInput,
         index: usize,
         phases: &mut Phases,
     ) -> Result<(), Failure> {
         let start = Instant::now();
-        let Loaded { scene, framing, looks, exposure, goes_on, hints, is_looked_at, .. } = loaded;
+        let LoadedInput { scene, framing, looks, exposure, goes_on, hints, is_looked_at, .. } = loaded;
         (*goes_on, *is_looked_at) = (false, false);
         let Some(look) = looks.get(index) else { return Ok(()) };
         scene.variant = look.variant;
@@ -196,11 +196,11 @@ impl Batch<'_> {
     }
 
     /// At time 0 and before a turntable turns, whatever the frame: so a frame is the same alone and in its sequence.
-    fn metered(&mut self, scene: &mut Scene, framing: &Framing, look: &Look) -> Result<Taken, Failure> {
+    fn metered(&mut self, scene: &mut Scene, framing: &Framing, look: &Look) -> Result<InputExposure, Failure> {
         let (args, job) = (self.args, self.job);
         pose(scene, args, time_secs(args, 0).map(|_| 0.0))?;
         let camera = view(scene, framing, args, (job, look), 0.0)?;
-        Taken::new(&mut self.renderer, scene, &request(args, job, &self.settings, camera, scene))
+        InputExposure::new(&mut self.renderer, scene, &request(args, job, &self.settings, camera, scene))
     }
 }
 

@@ -1,7 +1,8 @@
 //! One picture of a batch: drawn, put into its files, reported.
 
-use super::load::Loaded;
-use super::{Batch, failed, simulate};
+use super::batch::{Batch, failed};
+use super::load::LoadedInput;
+use super::simulate;
 use crate::deliver::Delivery;
 use crate::failure::{Failure, say};
 use crate::gather::Item;
@@ -20,7 +21,7 @@ use std::sync::atomic::Ordering;
 use std::time::Instant;
 
 /// A picture that is drawn, and what its report says of it.
-struct Drawn {
+struct DrawnPicture {
     /// How many samples its pixels have on average, if there is a report.
     samples_mean: f64,
     request: FrameRequest,
@@ -40,13 +41,13 @@ struct Drawn {
 }
 
 /// Why a picture was not drawn.
-enum Undrawn {
+enum DrawFault {
     Still(StillError),
     /// The scene has no pose for a sample.
     Pose(Failure),
 }
 
-impl From<StillError> for Undrawn {
+impl From<StillError> for DrawFault {
     fn from(error: StillError) -> Self {
         Self::Still(error)
     }
@@ -60,7 +61,7 @@ impl Batch<'_> {
     pub(super) fn render_picture(
         &mut self,
         item: &Item,
-        loaded: &mut Loaded,
+        loaded: &mut LoadedInput,
         subject: Subject<'_>,
         output: &str,
         phases: Phases,
@@ -104,7 +105,7 @@ impl Batch<'_> {
     fn look_at(
         &mut self,
         name: &str,
-        loaded: &mut Loaded,
+        loaded: &mut LoadedInput,
         delivery: &Delivery,
         request: &FrameRequest,
     ) -> Result<(), Failure> {
@@ -128,13 +129,13 @@ impl Batch<'_> {
     fn draw(
         &mut self,
         item: &Item,
-        loaded: &mut Loaded,
+        loaded: &mut LoadedInput,
         subject: Subject<'_>,
         mut phases: Phases,
-    ) -> Result<Drawn, Failure> {
+    ) -> Result<DrawnPicture, Failure> {
         let (args, job) = (self.args, self.job);
         let Subject { look, frame, .. } = subject;
-        let Loaded { scene, framing, exposure, warnings, goes_on, .. } = loaded;
+        let LoadedInput { scene, framing, exposure, warnings, goes_on, .. } = loaded;
         let mut warnings = warnings.clone();
         let previous = previous_pose(scene, framing, (args, &self.effect_files), (job, look), frame)?;
         pose(scene, args, time_secs(args, frame))?;
@@ -175,17 +176,17 @@ impl Batch<'_> {
         let go_on = |_| !interrupt::STOP.load(Ordering::SeqCst);
         let drawn = if is_moving {
             let at = |scene: &mut Scene, position: f32| {
-                moment(scene, framing, args, (job, look), frame, (shutter_deg, position)).map_err(Undrawn::Pose)
+                moment(scene, framing, args, (job, look), frame, (shutter_deg, position)).map_err(DrawFault::Pose)
             };
             accumulate_moving(renderer, scene, &request, samples, at, go_on)
         } else {
-            accumulate(renderer, scene, &request, samples, go_on).map_err(Undrawn::from)
+            accumulate(renderer, scene, &request, samples, go_on).map_err(DrawFault::from)
         };
         // The budget is this picture's alone, whether it was drawn or not.
         renderer.set_memory_budget(None);
         drawn.map_err(|undrawn| match undrawn {
-            Undrawn::Pose(failure) => failure,
-            Undrawn::Still(error) => {
+            DrawFault::Pose(failure) => failure,
+            DrawFault::Still(error) => {
                 let refused = budget.as_ref().and_then(|budget| budget.failure(job, &error));
                 refused.unwrap_or_else(|| still_failure(&error))
             }
@@ -198,7 +199,7 @@ impl Batch<'_> {
         let forward_materials = manifest::forward_materials(scene);
         let info = picture_info(args, job, &request, scene, job.frames.map(|_| frame));
         let samples_mean = if self.report.is_some() { self.renderer.read_samples_mean().map_err(failed)? } else { 0.0 };
-        Ok(Drawn {
+        Ok(DrawnPicture {
             samples_mean,
             request,
             info,
@@ -232,7 +233,7 @@ impl Batch<'_> {
     /// that have files of their own.
     fn show_passes(
         &mut self,
-        loaded: &Loaded,
+        loaded: &LoadedInput,
         subject: Subject<'_>,
         request: &FrameRequest,
     ) -> Result<(Option<String>, Vec<String>), Failure> {
@@ -255,8 +256,8 @@ impl Batch<'_> {
     fn report_picture(
         &mut self,
         (item, subject): (&Item, Subject<'_>),
-        loaded: &Loaded,
-        drawn: &Drawn,
+        loaded: &LoadedInput,
+        drawn: &DrawnPicture,
         (outputs, delivery): (Outputs<'_>, &Delivery),
     ) -> Result<(), Failure> {
         let (Some(report), renderer, scene) = (&mut self.report, &mut self.renderer, &loaded.scene) else {

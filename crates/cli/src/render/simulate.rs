@@ -1,6 +1,6 @@
 //! Brings the simulations of a scene to the time of a picture, and says how far that is.
 
-use super::{Batch, counting_bar, failed};
+use super::batch::{Batch, counting_bar, failed};
 use crate::failure::{Failure, shown};
 use crate::interrupt;
 use manypass::{SimulationProgress, SimulationReport};

@@ -1,9 +1,10 @@
 //! Commands that pages show: the program takes each as it is written, and what else is called is there.
 
 use crate::args::{Cli, Command, FrameArgs};
-use crate::chosen::Chosen;
+use crate::chosen::SettingsChoice;
 use crate::failure::Failure;
 use crate::job::{self, Job};
+use crate::size;
 use clap::Parser;
 use clap::error::ErrorKind;
 use manypass::Settings;
@@ -16,9 +17,9 @@ use std::path::{Path, PathBuf};
 const EFFECTS: [&str; 3] = ["", "crates/render/examples", "docs/examples/effects"];
 
 /// A folder for effects that stand in a page alone.
-struct Own(PathBuf);
+struct EffectFolder(PathBuf);
 
-impl Own {
+impl EffectFolder {
     fn new(name: &str) -> Self {
         let path = std::env::temp_dir().join(format!("manypass-snippets-{name}-{}", std::process::id()));
         std::fs::create_dir_all(&path).expect("a folder");
@@ -42,14 +43,14 @@ impl Own {
     }
 }
 
-impl Drop for Own {
+impl Drop for EffectFolder {
     fn drop(&mut self) {
         let _ = std::fs::remove_dir_all(&self.0);
     }
 }
 
 /// What is wrong with a command of `page`.
-fn fault(shown: &Shown, page: &[Snippet], own: &Own) -> Option<String> {
+fn fault(shown: &Shown, page: &[Snippet], own: &EffectFolder) -> Option<String> {
     let at_place = |message: String| format!("{}: `{}`: {message}", shown.place, shown.words.join(" "));
     let is_ours = |word: &&String| word.starts_with("docs/") || word.starts_with("crates/");
     if let Some(word) = shown.words.iter().filter(is_ours).find(|word| !root().join(word).exists()) {
@@ -80,7 +81,7 @@ fn is_fine(error: &clap::Error, shown: &Shown) -> bool {
 }
 
 /// What is wrong with values, as far as it can be known without the files of the user's that it names.
-fn fault_of(command: Command, page: &[Snippet], own: &Own) -> Result<(), Failure> {
+fn fault_of(command: Command, page: &[Snippet], own: &EffectFolder) -> Result<(), Failure> {
     let own_effects = |effects: &mut Vec<PathBuf>| {
         effects.iter_mut().for_each(|effect| *effect = own.effect(effect, page));
     };
@@ -93,7 +94,7 @@ fn fault_of(command: Command, page: &[Snippet], own: &Own) -> Result<(), Failure
             let are_several = args.inputs.len() > 1 || args.inputs.iter().any(names_many);
             let job = Job::new(&args, are_several, &aov_names())?;
             let (settings, _) =
-                Chosen::of_frame(&args.frame)?.meeting_stages(true).settings(Settings::default(), None)?;
+                SettingsChoice::of_frame(&args.frame)?.meeting_stages(true).settings(Settings::default(), None)?;
             job.check(&settings)?;
             job::check_settings(&settings)
         }
@@ -102,13 +103,13 @@ fn fault_of(command: Command, page: &[Snippet], own: &Own) -> Result<(), Failure
             stand_in(&mut args.frame);
             job::aovs(args.frame.aov.as_deref(), &aov_names())?;
             let (settings, _) =
-                Chosen::of_frame(&args.frame)?.meeting_stages(true).settings(Settings::default(), None)?;
+                SettingsChoice::of_frame(&args.frame)?.meeting_stages(true).settings(Settings::default(), None)?;
             job::check_settings(&settings)
         }
         Command::Bench(mut args) => {
             own_effects(&mut args.change.effects);
-            job::size(&args.size)?;
-            Chosen::of_change(&args.change)?.meeting_stages(true).settings(Settings::default(), None).map(drop)
+            size::parse(&args.size)?;
+            SettingsChoice::of_change(&args.change)?.meeting_stages(true).settings(Settings::default(), None).map(drop)
         }
         _ => Ok(()),
     }
@@ -144,7 +145,7 @@ fn fault_of_cargo(words: &[String]) -> Option<String> {
 
 #[test]
 fn every_command_of_the_pages_is_one_of_the_program() {
-    let own = Own::new("all");
+    let own = EffectFolder::new("all");
     let (mut found, mut count) = (Vec::new(), 0);
     for (page, text) in pages::pages() {
         let snippets = pages::snippets(&page, &text);
@@ -158,7 +159,7 @@ fn every_command_of_the_pages_is_one_of_the_program() {
 
 #[test]
 fn what_is_wrong_with_a_command_is_found_at_its_line() {
-    let own = Own::new("wrong");
+    let own = EffectFolder::new("wrong");
     let faults = |line: &str| {
         let page = format!("```sh\n{line}\n```\n");
         let commands = pages::commands("docs/a.md", &page);

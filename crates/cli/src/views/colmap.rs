@@ -3,7 +3,7 @@
 //! A pose is to the camera from the world: a quaternion, w first, and a translation. The camera has +X right, +Y down
 //! and looks along +Z, as in OpenCV.
 
-use super::{Fault, HINT, Lens, Listed, MOST_VIEWS, too_many, unread};
+use super::listed::{Fault, HINT, Lens, ListedView, MOST_VIEWS, too_many, unread};
 use crate::failure::{Failure, Kind};
 use glam::{DMat3, DQuat, DVec3};
 use manypass_scene::input_file;
@@ -78,7 +78,7 @@ fn lens((name, count, focal_count): (&str, usize, usize), size_px: [f64; 2], par
 ///
 /// # Errors
 /// Numbers that are those of no pose, or no such camera.
-fn view(image: &Image, lenses: &Lenses) -> Result<Listed, Fault> {
+fn view(image: &Image, lenses: &Lenses) -> Result<ListedView, Fault> {
     let lens = *lenses.get(&image.camera).ok_or_else(|| {
         let message = format!("camera {} of image `{}` is not among the cameras", image.camera, image.name);
         Fault::new(message, "name a CAMERA_ID of the file of cameras")
@@ -94,7 +94,7 @@ fn view(image: &Image, lenses: &Lenses) -> Result<Listed, Fault> {
     let eye_world = world_from_camera * -DVec3::from_array(image.translation_m);
     let world_from_view =
         DMat3::from_cols(world_from_camera.x_axis, -world_from_camera.y_axis, -world_from_camera.z_axis);
-    Listed::new(&image.name, world_from_view, eye_world, lens)
+    ListedView::new(&image.name, world_from_view, eye_world, lens)
 }
 
 /// The cameras of a text: lines of `CAMERA_ID MODEL WIDTH HEIGHT PARAMS…`.
@@ -141,7 +141,7 @@ fn text_camera(line: &str) -> Result<(u32, Lens), Fault> {
 ///
 /// # Errors
 /// A line that is none, with its number.
-fn text_images(path: &Path, text: &str, lenses: &Lenses) -> Result<Vec<Listed>, Failure> {
+fn text_images(path: &Path, text: &str, lenses: &Lenses) -> Result<Vec<ListedView>, Failure> {
     let mut views = Vec::new();
     let mut lines = (1_u64..).zip(text.lines());
     while let Some((number, line)) = lines.next() {
@@ -270,7 +270,7 @@ fn binary_camera(bytes: &mut Bytes<'_>) -> Result<(u32, Lens), Fault> {
 ///
 /// # Errors
 /// It ends too soon, or an image is none, with its index.
-fn binary_images(path: &Path, bytes: &[u8], lenses: &Lenses) -> Result<Vec<Listed>, Failure> {
+fn binary_images(path: &Path, bytes: &[u8], lenses: &Lenses) -> Result<Vec<ListedView>, Failure> {
     let mut bytes = Bytes(bytes);
     let count = bytes.next_u64().map_err(|fault| fault.at(path, "the number of images"))?;
     if count > MOST_VIEWS as u64 {
@@ -305,7 +305,7 @@ fn binary_image(bytes: &mut Bytes<'_>) -> Result<Image, Fault> {
 ///
 /// # Errors
 /// It is nowhere, cannot be read, or has a fault.
-pub(super) fn read(folder: &Path) -> Result<(Vec<Listed>, Vec<PathBuf>), Failure> {
+pub(super) fn read(folder: &Path) -> Result<(Vec<ListedView>, Vec<PathBuf>), Failure> {
     let folders = [folder.to_owned(), folder.join("sparse/0"), folder.join("sparse")];
     for folder in folders {
         for ending in ["bin", "txt"] {

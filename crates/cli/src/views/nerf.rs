@@ -3,7 +3,7 @@
 //! `transform_matrix` is rows, for column vectors, to the world from a camera that looks along −Z with +Y up, as in
 //! OpenGL. What one frame does not say of its lens is that of the file.
 
-use super::{Fault, HINT, Lens, Listed, MOST_VIEWS, unread};
+use super::listed::{Fault, HINT, Lens, ListedView, MOST_VIEWS, unread};
 use crate::failure::{Failure, Kind};
 use glam::{DMat3, DVec3};
 use manypass_scene::input_file;
@@ -140,7 +140,7 @@ fn lens(file: &Transforms, frame: &Frame, picture_px: [f64; 2]) -> Result<Lens, 
 ///
 /// # Errors
 /// What it lacks, or numbers that are those of no camera.
-fn view(file: &Transforms, frame: &Frame, picture_px: [f64; 2]) -> Result<Listed, Fault> {
+fn view(file: &Transforms, frame: &Frame, picture_px: [f64; 2]) -> Result<ListedView, Fault> {
     let Some([x, y, z, last]) = frame.transform_matrix else {
         let hint = "add the matrix to the world from the camera: 4 rows of 4 numbers";
         return Err(Fault::new("it has no `transform_matrix`", hint));
@@ -154,14 +154,14 @@ fn view(file: &Transforms, frame: &Frame, picture_px: [f64; 2]) -> Result<Listed
     let column = |index: usize| DVec3::new(x[index], y[index], z[index]);
     let rotation = DMat3::from_cols(column(0), column(1), column(2));
     let image = frame.file_path.as_deref().unwrap_or_default();
-    Listed::new(image, rotation, column(3), lens(file, frame, picture_px)?)
+    ListedView::new(image, rotation, column(3), lens(file, frame, picture_px)?)
 }
 
 /// The views of `text`, that of the file `path`.
 ///
 /// # Errors
 /// It is no such file, or a frame has a fault.
-fn parse(path: &Path, text: &str, picture_px: (u32, u32)) -> Result<Vec<Listed>, Failure> {
+fn parse(path: &Path, text: &str, picture_px: (u32, u32)) -> Result<Vec<ListedView>, Failure> {
     let failed = |message: String, hint: &str| {
         Failure::new(Kind::Failed, format!("{}: {message}", path.display()), format!("{hint}; {HINT}"))
     };
@@ -185,7 +185,7 @@ fn parse(path: &Path, text: &str, picture_px: (u32, u32)) -> Result<Vec<Listed>,
 ///
 /// # Errors
 /// As [`parse`], or it cannot be read.
-pub(super) fn read(path: &Path, picture_px: (u32, u32)) -> Result<Vec<Listed>, Failure> {
+pub(super) fn read(path: &Path, picture_px: (u32, u32)) -> Result<Vec<ListedView>, Failure> {
     let text = input_file::read_text(path, MOST_BYTES).map_err(|error| unread(path, &error))?;
     parse(path, &text, picture_px)
 }

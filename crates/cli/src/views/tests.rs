@@ -1,3 +1,4 @@
+use super::listed::{MOST_VIEWS, stem};
 use super::*;
 use glam::{Mat4, Vec3};
 use std::fs;

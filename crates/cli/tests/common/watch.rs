@@ -8,7 +8,7 @@ use std::time::{Duration, Instant};
 
 /// A run, and what it took.
 #[derive(Debug)]
-pub struct Watched {
+pub struct WatchedRun {
     /// What it gave; standard output is not kept.
     pub run: Run,
     /// The most memory that it held; 0 where the system does not tell.
@@ -53,13 +53,13 @@ pub fn start_with(folder: &Path, args: &[&str], variables: &[(&str, &str)]) -> C
 
 /// Runs the program in `folder`; fails the test where it takes longer than `limit`.
 #[track_caller]
-pub fn watch(folder: &Path, args: &[&str], limit: Duration) -> Watched {
+pub fn watch(folder: &Path, args: &[&str], limit: Duration) -> WatchedRun {
     wait(start(folder, args), limit)
 }
 
 /// Waits for a program that was started; fails the test where that takes longer than `limit`.
 #[track_caller]
-pub fn wait(mut child: Child, limit: Duration) -> Watched {
+pub fn wait(mut child: Child, limit: Duration) -> WatchedRun {
     let mut pipe = child.stderr.take().expect("piped");
     let reader = std::thread::spawn(move || {
         let mut bytes = Vec::new();
@@ -85,5 +85,5 @@ pub fn wait(mut child: Child, limit: Duration) -> Watched {
     let stderr = reader.join().expect("read");
     assert!(!stderr.contains("panicked") && !stderr.contains("overflowed its stack"), "{stderr}");
     let code = status.code().unwrap_or_else(|| panic!("it ended with {status}: {stderr}"));
-    Watched { run: Run { code, stdout: Vec::new(), stderr }, peak_mib: peak, time, cpu: spent }
+    WatchedRun { run: Run { code, stdout: Vec::new(), stderr }, peak_mib: peak, time, cpu: spent }
 }

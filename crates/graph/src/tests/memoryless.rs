@@ -7,7 +7,7 @@ use crate::*;
 
 /// What becomes of a depth buffer after the pass that cleared it.
 #[derive(Clone, Copy)]
-enum Then {
+enum NextUse {
     Nothing,
     /// The next pass on the same targets tests against it.
     Tested,
@@ -18,7 +18,7 @@ enum Then {
 }
 
 /// A frame that draws to `radiance` and `depth`.
-fn of_depth(then: Then) -> Plan {
+fn of_depth(then: NextUse) -> Plan {
     let mut graph = graph();
     let depth = graph.texture("depth", desc(8, F::Depth32Float));
     let radiance = graph.texture("radiance", desc(8, F::Rgba16Float));
@@ -28,28 +28,28 @@ fn of_depth(then: Then) -> Plan {
     let depth = pass.depth_stencil(depth, CLEAR_DEPTH);
     pass.draw(|_| {});
     match then {
-        Then::Nothing => {}
-        Then::Tested => {
+        NextUse::Nothing => {}
+        NextUse::Tested => {
             let mut pass = graph.pass("background");
             pass.depth_stencil_read_only(&depth);
             radiance = pass.color(radiance, ColorLoad::Keep);
             pass.draw(|_| {});
         }
-        Then::TestedElsewhere => {
+        NextUse::TestedElsewhere => {
             let mut pass = graph.pass("elsewhere");
             pass.depth_stencil_read_only(&depth);
             let other = pass.color(other, CLEAR);
             pass.draw(|_| {});
             graph.export(other);
         }
-        Then::Sampled => {
+        NextUse::Sampled => {
             let mut pass = graph.pass("fog");
             pass.read_depth(&depth);
             let other = pass.color(other, CLEAR);
             pass.draw(|_| {});
             graph.export(other);
         }
-        Then::Exported => {
+        NextUse::Exported => {
             graph.export(depth);
         }
     }
@@ -64,11 +64,11 @@ fn is_memoryless(plan: &Plan, name: &str) -> bool {
 #[test]
 fn depth_of_one_render_pass_needs_no_memory() {
     for (then, memoryless, render_passes) in [
-        (Then::Nothing, true, 1),
-        (Then::Tested, true, 1),
-        (Then::TestedElsewhere, false, 2),
-        (Then::Sampled, false, 2),
-        (Then::Exported, false, 1),
+        (NextUse::Nothing, true, 1),
+        (NextUse::Tested, true, 1),
+        (NextUse::TestedElsewhere, false, 2),
+        (NextUse::Sampled, false, 2),
+        (NextUse::Exported, false, 1),
     ] {
         let plan = of_depth(then);
         assert_eq!(is_memoryless(&plan, "depth"), memoryless, "{}", plan.to_text());

@@ -153,7 +153,7 @@ fn check_plan(plan: &Plan) -> Result<(), TestCaseError> {
         for read in &pass.reads {
             let texture = &plan.textures[read.texture as usize];
             prop_assert!(texture.first <= at && at <= texture.last);
-            for place in read.view.unwrap_or(Part::whole(&texture.desc)).subresources(&texture.desc) {
+            for place in read.view.unwrap_or(SubresourceRange::whole(&texture.desc)).subresources(&texture.desc) {
                 let found = contents[read.texture as usize][place as usize];
                 prop_assert!(found == Contents::Stored, "{}", plan.to_text());
             }

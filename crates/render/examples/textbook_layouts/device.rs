@@ -1,7 +1,7 @@
 //! What both layouts need of the device: buffers, and pipelines that find their bindings in the shader.
 
 use crate::content::{Content, FrameUniform, LightVertex, SurfaceVertex};
-use manypass::graph::{PassContext, Read};
+use manypass::graph::{PassContext, ReadKey};
 use manypass::scene::primitives;
 use std::ops::Range;
 use wgpu::util::DeviceExt as _;
@@ -81,7 +81,7 @@ impl Buffers {
 
 /// What is drawn, beside a light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Drawn {
+pub enum PassGeometry {
     Surfaces,
     Volumes,
     /// Without vertices of its own.
@@ -90,7 +90,7 @@ pub enum Drawn {
 
 /// A pipeline, in short.
 pub struct Step<'a> {
-    pub drawn: Drawn,
+    pub drawn: PassGeometry,
     /// Entry points.
     pub vertex: &'a str,
     pub fragment: &'a str,
@@ -111,9 +111,9 @@ impl Step<'_> {
             attributes,
         };
         let own = match self.drawn {
-            Drawn::Surfaces => Some(per_vertex(size_of::<SurfaceVertex>(), &surface[..])),
-            Drawn::Volumes => Some(per_vertex(12, &corner[..])),
-            Drawn::Fullscreen => None,
+            PassGeometry::Surfaces => Some(per_vertex(size_of::<SurfaceVertex>(), &surface[..])),
+            PassGeometry::Volumes => Some(per_vertex(12, &corner[..])),
+            PassGeometry::Fullscreen => None,
         };
         let lights = wgpu::VertexBufferLayout {
             array_stride: size_of::<LightVertex>() as u64,
@@ -166,7 +166,7 @@ pub fn bind_group(
     context: &PassContext<'_, '_>,
     pipeline: &wgpu::RenderPipeline,
     frame: Option<&wgpu::Buffer>,
-    textures: &[(u32, Read)],
+    textures: &[(u32, ReadKey)],
 ) -> wgpu::BindGroup {
     let mut entries = Vec::with_capacity(1 + textures.len());
     if let Some(buffer) = frame {
@@ -187,7 +187,7 @@ pub fn bind(
     context: &mut PassContext<'_, '_>,
     pipeline: &wgpu::RenderPipeline,
     frame: Option<&wgpu::Buffer>,
-    textures: &[(u32, Read)],
+    textures: &[(u32, ReadKey)],
 ) {
     let group = bind_group(context, pipeline, frame, textures);
     context.render_pass.set_pipeline(pipeline);

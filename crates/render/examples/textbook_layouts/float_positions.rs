@@ -8,9 +8,9 @@
 //! colours have a second geometry pass.
 
 use crate::content::Content;
-use crate::device::{Buffers, DISPLAY, Drawn, Step, added_to, bind, bind_group, overwritten};
+use crate::device::{Buffers, DISPLAY, PassGeometry, Step, added_to, bind, bind_group, overwritten};
 use crate::layout::Layout;
-use manypass::graph::{ColorLoad, DepthLoad, Export, Graph, PassContext, Read, TextureDesc};
+use manypass::graph::{ColorLoad, DepthLoad, Export, Graph, PassContext, ReadKey, TextureDesc};
 
 const VECTOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 const DEPTH_STENCIL: wgpu::TextureFormat = wgpu::TextureFormat::Depth24PlusStencil8;
@@ -39,7 +39,7 @@ impl FloatPositions {
         let [vector, color] = [overwritten(VECTOR), overwritten(DISPLAY)];
         let geometry = |fragment, targets: &[wgpu::ColorTargetState], depth_compare| {
             let step = Step {
-                drawn: Drawn::Surfaces,
+                drawn: PassGeometry::Surfaces,
                 vertex: "vs_geometry",
                 fragment,
                 targets,
@@ -53,7 +53,7 @@ impl FloatPositions {
         };
         let all = [vector.clone(), vector.clone(), color.clone(), color.clone()];
         let composite = Step {
-            drawn: Drawn::Fullscreen,
+            drawn: PassGeometry::Fullscreen,
             vertex: "vs_composite",
             fragment: "fs_composite",
             targets: &all[3..],
@@ -94,7 +94,7 @@ fn mark(device: &wgpu::Device, module: &wgpu::ShaderModule) -> wgpu::RenderPipel
     let face = wgpu::StencilFaceState { compare, fail_op: keep, depth_fail_op: invert, pass_op: keep };
     let nothing = wgpu::ColorTargetState { write_mask: wgpu::ColorWrites::empty(), ..overwritten(DISPLAY) };
     let step = Step {
-        drawn: Drawn::Volumes,
+        drawn: PassGeometry::Volumes,
         vertex: "vs_volume",
         fragment: "fs_mark",
         targets: &[nothing],
@@ -110,7 +110,7 @@ fn volume(device: &wgpu::Device, module: &wgpu::ShaderModule) -> wgpu::RenderPip
     let compare = wgpu::CompareFunction::Equal;
     let face = wgpu::StencilFaceState { compare, fail_op: keep, depth_fail_op: keep, pass_op: zero };
     let step = Step {
-        drawn: Drawn::Volumes,
+        drawn: PassGeometry::Volumes,
         vertex: "vs_volume",
         fragment: "fs_volume",
         targets: &[added_to(DISPLAY)],
@@ -168,7 +168,7 @@ impl FloatPositions {
         self.buffers.draw_surfaces(context.render_pass, 0);
     }
 
-    fn draw_volumes(&self, context: &mut PassContext<'_, '_>, textures: &[(u32, Read)]) {
+    fn draw_volumes(&self, context: &mut PassContext<'_, '_>, textures: &[(u32, ReadKey)]) {
         let mark = bind_group(context, &self.mark, Some(&self.buffers.frame), &[]);
         let volume = bind_group(context, &self.volume, Some(&self.buffers.frame), textures);
         context.render_pass.set_stencil_reference(1);

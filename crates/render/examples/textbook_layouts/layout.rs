@@ -20,7 +20,7 @@ pub trait Layout {
 
 /// What a frame looks like and costs.
 #[derive(Debug)]
-pub struct Measured {
+pub struct Measurement {
     /// sRGB, rows from the top.
     pub rgba8: Vec<u8>,
     /// What the passes draw surfaces to, with depth, in bytes a pixel.
@@ -45,7 +45,7 @@ impl Shot {
     ///
     /// # Errors
     /// A plan beyond `limits`, or a device that was lost.
-    pub fn layout(&self, gpu: &Gpu, layout: &dyn Layout, limits: Limits) -> Result<Measured, Error> {
+    pub fn layout(&self, gpu: &Gpu, layout: &dyn Layout, limits: Limits) -> Result<Measurement, Error> {
         let mut executor = Executor::new(&gpu.device, &gpu.queue);
         let mut drawn = None;
         let frame_ms = Self::timed_ms(|| {
@@ -71,7 +71,12 @@ impl Shot {
     ///
     /// # Errors
     /// A device that was lost.
-    pub fn ours(&self, renderer: &mut Renderer, content: &Content, culling: LightCulling) -> Result<Measured, Error> {
+    pub fn ours(
+        &self,
+        renderer: &mut Renderer,
+        content: &Content,
+        culling: LightCulling,
+    ) -> Result<Measurement, Error> {
         let mut request = FrameRequest::of_scene(&content.scene, self.size.0, self.size.1);
         request.settings.shading.model = ReflectanceModel::BlinnPhong;
         request.settings.lights.culling = culling;
@@ -101,10 +106,10 @@ impl Shot {
         Ok(begun.elapsed().as_secs_f64() * 1e3)
     }
 
-    fn measured(&self, rgba8: Vec<u8>, plan: &Plan, frame_ms: f64) -> Measured {
+    fn measured(&self, rgba8: Vec<u8>, plan: &Plan, frame_ms: f64) -> Measurement {
         let per_pixel = |bytes: u64| bytes as f64 / (f64::from(self.size.0) * f64::from(self.size.1));
         let bytes = plan.bytes();
-        Measured {
+        Measurement {
             rgba8,
             gbuffer_bytes: per_pixel(gbuffer_bytes(plan)),
             held_bytes: per_pixel(bytes.aliased + bytes.imported),

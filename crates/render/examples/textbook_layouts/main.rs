@@ -11,7 +11,7 @@ mod three_targets;
 
 use content::{Content, Variety};
 use float_positions::{FloatPositions, ONE_PASS_BYTES_PER_SAMPLE};
-use layout::{Measured, Shot};
+use layout::{Measurement, Shot};
 use manypass::graph::Limits;
 use manypass::{Gpu, LightCulling, Renderer};
 use three_targets::ThreeTargets;
@@ -21,7 +21,7 @@ type Error = Box<dyn std::error::Error>;
 /// What was drawn, and which of our own frames shows the same.
 struct Row {
     name: &'static str,
-    measured: Measured,
+    measured: Measurement,
     ours: usize,
 }
 
@@ -81,8 +81,8 @@ fn draw_all(gpu: &Gpu, renderer: &mut Renderer, shot: Shot) -> Result<Vec<Row>, 
     Ok(rows)
 }
 
-fn print_row(name: &str, measured: &Measured, ours: &Measured) {
-    let Measured { rgba8, gbuffer_bytes, held_bytes, written_bytes, frame_ms } = measured;
+fn print_row(name: &str, measured: &Measurement, ours: &Measurement) {
+    let Measurement { rgba8, gbuffer_bytes, held_bytes, written_bytes, frame_ms } = measured;
     let pixels = || rgba8.chunks_exact(4).zip(ours.rgba8.chunks_exact(4));
     let differences = || pixels().flat_map(|(a, b)| a.iter().zip(b).take(3)).map(|(a, b)| a.abs_diff(*b));
     let most = differences().max().unwrap_or_default();

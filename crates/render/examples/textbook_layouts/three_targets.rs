@@ -6,7 +6,7 @@
 //! is that of one light, so there are as many geometry passes as lights.
 
 use crate::content::Content;
-use crate::device::{Buffers, DISPLAY, Drawn, Step, added_to, bind, overwritten};
+use crate::device::{Buffers, DISPLAY, PassGeometry, Step, added_to, bind, overwritten};
 use crate::layout::Layout;
 use manypass::graph::{ColorLoad, DepthLoad, Export, Graph, TextureDesc};
 
@@ -25,7 +25,7 @@ impl ThreeTargets {
         let source = wgpu::ShaderSource::Wgsl(text.into());
         let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("three_targets"), source });
         let geometry = Step {
-            drawn: Drawn::Surfaces,
+            drawn: PassGeometry::Surfaces,
             vertex: "vs_geometry",
             fragment: "fs_geometry",
             targets: &[overwritten(VECTOR), overwritten(VECTOR), overwritten(VECTOR)],
@@ -39,7 +39,7 @@ impl ThreeTargets {
             }),
         };
         let light = Step {
-            drawn: Drawn::Fullscreen,
+            drawn: PassGeometry::Fullscreen,
             vertex: "vs_light",
             fragment: "fs_light",
             targets: &[added_to(DISPLAY)],

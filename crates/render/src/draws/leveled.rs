@@ -136,7 +136,7 @@ pub(crate) struct Form {
 
 /// What a view shows of an item.
 #[derive(Debug)]
-pub(super) enum Shown {
+pub(super) enum ItemForms {
     /// Another level takes its place.
     Nothing,
     /// All of it, at a level of its mesh.
@@ -204,7 +204,7 @@ impl WorldDraws {
     }
 
     /// What a view shows of an item. Of several levels that change at once, one fades.
-    pub(super) fn shown(&self, item: &Item, chooser: &Chooser) -> Shown {
+    pub(super) fn shown(&self, item: &Item, chooser: &Chooser) -> ItemForms {
         let instance = &self.instances[item.instance as usize];
         let mut fading = None;
         for tag in [item.levels.of_node, item.levels.of_material].into_iter().flatten() {
@@ -213,11 +213,11 @@ impl WorldDraws {
             let side = match tag.level.checked_sub(choice.level) {
                 Some(0) => Side::Finer,
                 Some(1) => Side::Coarser,
-                _ => return Shown::Nothing,
+                _ => return ItemForms::Nothing,
             };
             match faded(instance, choice.next_share, side).filter(|_| can_fade) {
                 Some(instance) => fading = Some(instance),
-                None if choice.nearest() != tag.level => return Shown::Nothing,
+                None if choice.nearest() != tag.level => return ItemForms::Nothing,
                 None => {}
             }
         }
@@ -225,7 +225,7 @@ impl WorldDraws {
         let of_surface = chooser.of_surface(ball_of(item), item.forms);
         let whole = Form { level: of_mesh.nearest(), surface: item.forms.at(of_surface.nearest()) };
         if let Some(instance) = fading {
-            return Shown::Two([Some((whole, instance)), None]);
+            return ItemForms::Two([Some((whole, instance)), None]);
         }
         let (share, forms) = if of_mesh.next_share > 0.0 {
             let form = |level| Form { level, ..whole };
@@ -237,9 +237,9 @@ impl WorldDraws {
         let sides = [faded(instance, share, Side::Finer), faded(instance, share, Side::Coarser)];
         match sides {
             [Some(finer), Some(coarser)] if item.topology != Topology::Points => {
-                Shown::Two([Some((forms[0], finer)), Some((forms[1], coarser))])
+                ItemForms::Two([Some((forms[0], finer)), Some((forms[1], coarser))])
             }
-            _ => Shown::One(whole),
+            _ => ItemForms::One(whole),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! What one view draws: those of the world's items that it may show.
 
 use super::Faces;
-use super::leveled::{Form, Shown};
+use super::leveled::{Form, ItemForms};
 use super::still::ListOf;
 use super::world::{BLOCK_ITEMS, Item, WorldDraws};
 use crate::levels::LevelCount;
@@ -108,13 +108,13 @@ impl DrawList {
                     continue;
                 }
                 match world.shown(item, chooser) {
-                    Shown::Nothing => last_group = None,
-                    Shown::One(form) => {
+                    ItemForms::Nothing => last_group = None,
+                    ItemForms::One(form) => {
                         let is_alike = list.opaque.last().is_some_and(|last| last.form == form);
                         list.append_opaque((index, form), world, is_alike && last_group == Some(item.group));
                         last_group = Some(item.group);
                     }
-                    Shown::Two(parts) => {
+                    ItemForms::Two(parts) => {
                         for (form, instance) in parts.into_iter().flatten() {
                             list.count(item, form.level, world);
                             fading.add(index, form, instance);
@@ -145,8 +145,8 @@ impl DrawList {
         for (_, index) in visible {
             let item = &world.items[index as usize];
             match world.shown(item, chooser) {
-                Shown::Nothing => {}
-                Shown::One(form) => {
+                ItemForms::Nothing => {}
+                ItemForms::One(form) => {
                     list.count(item, form.level, world);
                     let instances = item.instances();
                     list.append_blended(
@@ -154,7 +154,7 @@ impl DrawList {
                         Draw { item: index, form, fades: false, is_decaled: false, faces: item.faces, instances },
                     );
                 }
-                Shown::Two(parts) => {
+                ItemForms::Two(parts) => {
                     for part in parts.into_iter().flatten() {
                         let draw = list.fading_draw(index, world, part);
                         list.append_blended(item, draw);

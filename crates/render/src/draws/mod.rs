@@ -3,12 +3,12 @@
 mod ball;
 mod clouds;
 mod decals;
-mod drawn;
 mod extent;
 mod fading;
 mod glass;
 mod leveled;
 mod list;
+mod posed_primitive;
 mod rectangle;
 mod still;
 mod unsettled;

@@ -1,8 +1,8 @@
 //! The instances of a frame: every primitive of every visible node, posed once, in the order in which they are drawn.
 
 use super::ball::Ball;
-use super::drawn::{Deformed, Drawn, program_key};
 use super::leveled::{ItemLevels, LevelTag, MeshLevels, NodeGroups, group_of};
+use super::posed_primitive::{NodeDeformation, PosedPrimitive, program_key};
 use super::still::{KnownLists, WorldInputs, flat_nodes, next_version};
 use super::{Axes, Faces, NORMAL_MAP, OCCLUSION_APART, PLACES_UVS, TEXTURED};
 use crate::constants::{LAYER_LIGHT_MAP, WITHOUT_NORMALS};
@@ -195,7 +195,7 @@ pub(crate) struct WorldDraws {
     pub(super) is_posed: bool,
     /// What the items were made from; none if that has to be done in each frame.
     made_from: Option<WorldInputs>,
-    posed: Vec<Posed>,
+    posed: Vec<PosedItem>,
     /// Of all that is posed, for this frame and for the one that `order` is of.
     keys: [Vec<Key>; 2],
     /// Places in `posed` in the order of their keys; of equal keys the first comes first.
@@ -204,7 +204,7 @@ pub(crate) struct WorldDraws {
 
 /// A primitive of a node in the order of the nodes, before its place is known.
 #[derive(Debug)]
-struct Posed {
+struct PosedItem {
     item: Item,
     instance: Instance,
 }
@@ -365,7 +365,7 @@ impl WorldDraws {
         let node = scene.node(id);
         let reduced = &resources.reduced;
         let primitives = resources.geometry.primitives(mesh);
-        let mut of_node = Deformed::default();
+        let mut of_node = NodeDeformation::default();
         for (index, primitive) in primitives.iter().enumerate() {
             if let (Some(skin), true, None) = (node.skin, primitive.skin.is_some(), of_node.joints) {
                 of_node.joints = Some(self.deformation.joints_of(scene, skin));
@@ -375,7 +375,7 @@ impl WorldDraws {
                 let weights = if node.morph_weights.is_empty() { default_weights } else { &node.morph_weights };
                 of_node.first_weight = Some(self.deformation.append_weights(weights, primitive.morph_count));
             }
-            let deformed = Deformed {
+            let deformed = NodeDeformation {
                 joints: of_node.joints.filter(|_| primitive.skin.is_some()),
                 first_weight: of_node.first_weight.filter(|_| primitive.morph_count > 0),
             };
@@ -384,7 +384,7 @@ impl WorldDraws {
             }
             let drawn = |material: usize| {
                 let (properties, layers_deform) = (resources.materials.get(material), resources.layers_deform);
-                Drawn { node, primitive, properties, deformed, reduced, layers_deform }
+                PosedPrimitive { node, primitive, properties, deformed, reduced, layers_deform }
             };
             let own = primitive.material_in(scene.variant);
             let mesh_levels = self.mesh_levels.append(primitive, node, deformed.joints.is_some());
@@ -413,7 +413,7 @@ impl WorldDraws {
     /// Adds an item.
     fn push(
         &mut self,
-        drawn: Drawn<'_>,
+        drawn: PosedPrimitive<'_>,
         (id, (mesh, index), material): (NodeId, (usize, usize), usize),
         levels: ItemLevels,
     ) {
@@ -429,7 +429,7 @@ impl WorldDraws {
             let mesh = (mesh as u64) << 32 | (index as u64) << 1 | u64::from(item.mirrored);
             (program << 32 | material as u64, mesh)
         });
-        self.posed.push(Posed { item, instance: drawn.instance(id) });
+        self.posed.push(PosedItem { item, instance: drawn.instance(id) });
     }
 }
 

@@ -1,7 +1,7 @@
 //! The chain of effects: in which order they are drawn, and which of them together.
 
-use super::compiled::Compiled;
-use super::declarations::Borrowed;
+use super::compiled::CompiledEffect;
+use super::declarations::BorrowedTexture;
 use super::fused::{self, FUSED_EFFECTS_MAX, FUSED_UNIFORMS_MAX};
 use super::{Effect, EffectFile, EffectStage, WgslEffect, draw};
 use crate::gbuffer::Gbuffer;
@@ -98,13 +98,14 @@ fn check_returned(given: TextureDesc, returned: &Handle) -> Result<(), ProgramEr
 fn together<'e>(
     r: &Recorder<'_, '_>,
     effects: &[&'e Arc<dyn Effect>],
-) -> Result<Vec<(&'e WgslEffect, Arc<Compiled>)>, ProgramError> {
-    let mut together: Vec<(&WgslEffect, Arc<Compiled>)> = Vec::new();
+) -> Result<Vec<(&'e WgslEffect, Arc<CompiledEffect>)>, ProgramError> {
+    let mut together: Vec<(&WgslEffect, Arc<CompiledEffect>)> = Vec::new();
     let mut uniforms = 0;
     for effect in effects.iter().take(FUSED_EFFECTS_MAX) {
         let Some(effect) = effect.wgsl() else { break };
         let compiled = effect.compiled(r)?;
-        let of_one = |compiled: &Compiled| compiled.uniforms.iter().filter(|(_, buffer)| buffer.is_some()).count();
+        let of_one =
+            |compiled: &CompiledEffect| compiled.uniforms.iter().filter(|(_, buffer)| buffer.is_some()).count();
         uniforms += of_one(&compiled);
         if compiled.pixel.is_none() || uniforms > FUSED_UNIFORMS_MAX {
             break;
@@ -115,13 +116,16 @@ fn together<'e>(
 }
 
 /// The pass of several effects, and its name.
-fn fused_of(first: &WgslEffect, together: &[(&WgslEffect, Arc<Compiled>)]) -> Option<(String, Arc<fused::Fused>)> {
+fn fused_of(
+    first: &WgslEffect,
+    together: &[(&WgslEffect, Arc<CompiledEffect>)],
+) -> Option<(String, Arc<fused::FusedPass>)> {
     if together.len() < 2 {
         return None;
     }
     let names: Vec<&str> = together.iter().map(|(effect, _)| effect.name()).collect();
     let name = names.join("+");
-    let compiled: Vec<Arc<Compiled>> = together.iter().map(|(_, compiled)| compiled.clone()).collect();
+    let compiled: Vec<Arc<CompiledEffect>> = together.iter().map(|(_, compiled)| compiled.clone()).collect();
     let pass = first.fused(&compiled, |gpu| fused::compile(gpu, &name, &compiled))?;
     Some((name, pass))
 }
@@ -197,7 +201,7 @@ struct Node {
     name: String,
     stage: EffectStage,
     is_on: bool,
-    borrowed: Vec<Borrowed>,
+    borrowed: Vec<BorrowedTexture>,
     /// What others may read of it.
     textures: Vec<String>,
 }

@@ -1,6 +1,6 @@
 //! What is asked of an effect's text beside that it is WGSL.
 
-use super::declarations::{Borrowed, FIRST_TEXTURE, declarations, texture_declaration};
+use super::declarations::{BorrowedTexture, FIRST_TEXTURE, declarations, texture_declaration};
 use super::fused::PIXEL_ENTRY;
 use super::header::{Header, READS};
 use super::steps::{self, Step};
@@ -60,8 +60,8 @@ pub(super) fn check_pixel(
 
 /// The first `discard` of a function, or of one that it calls. Each function is looked at once, however often it is called.
 fn discarded(module: &naga::Module, function: &naga::Function) -> Option<naga::Span> {
-    type Looked = std::collections::HashSet<naga::Handle<naga::Function>>;
-    fn of_block(module: &naga::Module, block: &naga::Block, looked: &mut Looked) -> Option<naga::Span> {
+    type VisitedFunctions = std::collections::HashSet<naga::Handle<naga::Function>>;
+    fn of_block(module: &naga::Module, block: &naga::Block, looked: &mut VisitedFunctions) -> Option<naga::Span> {
         use naga::Statement;
         block.span_iter().find_map(|(statement, span)| match statement {
             Statement::Kill => Some(*span),
@@ -79,7 +79,7 @@ fn discarded(module: &naga::Module, function: &naga::Function) -> Option<naga::S
             _ => None,
         })
     }
-    of_block(module, &function.body, &mut Looked::new())
+    of_block(module, &function.body, &mut VisitedFunctions::new())
 }
 
 /// The names of the textures in groups, if those are there.
@@ -128,7 +128,7 @@ pub(super) fn check_names(source: Source<'_>, scan: &Scan, header: &Header) -> R
             || header.steps.iter().any(|step| step.texture.as_deref() == Some(name))
     };
     if let Some(borrowed) = header.borrowed().into_iter().find(|borrowed| is_own(&borrowed.variable)) {
-        let Borrowed { key, variable, .. } = borrowed;
+        let BorrowedTexture { key, variable, .. } = borrowed;
         let message = format!("`{key}` is called `{variable}` in the shader, which is declared already");
         return Err(source.fault(header.place_of_reads(), message));
     }

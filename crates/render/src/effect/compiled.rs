@@ -1,7 +1,7 @@
 //! An effect on a device: its pipelines and uniforms.
 
 use super::EffectStage;
-use super::declarations::Borrowed;
+use super::declarations::BorrowedTexture;
 use super::steps::Step;
 use crate::gbuffer::RADIANCE;
 use crate::gpu::Gpu;
@@ -14,13 +14,13 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// What draws an effect. A new text of it makes another one.
 #[derive(Debug)]
-pub(super) struct Compiled {
+pub(super) struct CompiledEffect {
     /// No other has it.
     pub id: u64,
     pub stage: EffectStage,
     pub passes: Vec<CompiledStep>,
     /// The textures that it reads of other effects, and of the frame where the header alone declares them.
-    pub borrowed: Vec<Borrowed>,
+    pub borrowed: Vec<BorrowedTexture>,
     /// The name and buffer of every uniform that the shader uses; the others have none.
     pub uniforms: Vec<(String, Option<wgpu::Buffer>)>,
     /// The tables that the shader reads, by their names in it.
@@ -49,7 +49,7 @@ pub(super) struct CompiledStep {
     pub own_group: Option<wgpu::BindGroup>,
 }
 
-impl Compiled {
+impl CompiledEffect {
     /// A number for one more.
     pub fn next_id() -> u64 {
         static NEXT_ID: AtomicU64 = AtomicU64::new(0);

@@ -12,7 +12,7 @@ const FIRST_TABLE: u32 = 500;
 
 /// A texture that a header lets the shader read, and that only the header declares.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Borrowed {
+pub(super) struct BorrowedTexture {
     /// As the header has it: of the frame `NAME`, of another effect `EFFECT.TEXTURE`.
     pub key: String,
     /// What the shader calls it.
@@ -21,7 +21,7 @@ pub(super) struct Borrowed {
     pub settings: Vec<String>,
 }
 
-impl Borrowed {
+impl BorrowedTexture {
     /// What `key` stands for.
     pub fn new(key: &str) -> Self {
         Self { key: key.into(), variable: key.replace(['.', '-'], "_"), settings: Vec::new() }
@@ -35,7 +35,12 @@ impl Borrowed {
 
 /// The declarations that a shader finds which reads `display`, finds `drawn`, and reads its own `textures` and those that
 /// it borrows.
-pub(super) fn declarations(reads_display: bool, finds_drawn: bool, textures: &[&str], borrowed: &[Borrowed]) -> String {
+pub(super) fn declarations(
+    reads_display: bool,
+    finds_drawn: bool,
+    textures: &[&str],
+    borrowed: &[BorrowedTexture],
+) -> String {
     let mut declarations = format!("{}\n", crate::shader::compose::EFFECT_PRELUDE);
     if reads_display {
         declarations.push_str(include_str!("display.wgsl"));

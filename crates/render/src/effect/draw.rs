@@ -1,7 +1,7 @@
 //! The passes of an effect in a frame.
 
 use super::chain::FrameTextures;
-use super::compiled::{Compiled, CompiledStep};
+use super::compiled::{CompiledEffect, CompiledStep};
 use super::declarations::IDS;
 use super::header::DISPLAY;
 use super::{EffectStage, WgslEffect};
@@ -34,7 +34,7 @@ struct DrawnUniform {
 pub(super) fn record(
     r: &mut Recorder<'_, '_>,
     effect: &WgslEffect,
-    compiled: &Compiled,
+    compiled: &CompiledEffect,
     of_frame: &FrameTextures<'_>,
     left: &mut HashMap<String, Handle>,
     color: Handle,
@@ -61,7 +61,8 @@ pub(super) fn record(
     // How often each function was drawn, because no two passes of a frame have one name.
     let mut drawn: HashMap<&str, u32> = HashMap::new();
     let unread = unread(&[effect]);
-    let shown = Shown { of_frame, color: &color, previous: previous.as_ref(), stage: compiled.stage, unread: &unread };
+    let shown =
+        EffectInputs { of_frame, color: &color, previous: previous.as_ref(), stage: compiled.stage, unread: &unread };
     for (pass, rounds) in others.iter().zip(rounds) {
         // All but the last pass write a texture.
         let texture = pass.step.texture.as_deref().unwrap_or_default();
@@ -71,13 +72,13 @@ pub(super) fn record(
             let target = r.texture_of(format!("{name}.{texture}"), desc);
             let count = drawn.entry(&pass.step.name).or_default();
             *count += 1;
-            let offered = Offered { shown: &shown, own: &own, compiled, left };
+            let offered = PassTextures { shown: &shown, own: &own, compiled, left };
             let written = draw(r, name, pass, &offered, (*count, round, rounds), target)?;
             own.insert(texture.to_owned(), written);
         }
     }
     let count = drawn.get(&*last.step.name).copied().unwrap_or_default() + 1;
-    let drawn = draw(r, name, last, &Offered { shown: &shown, own: &own, compiled, left }, (count, 0, 1), result)?;
+    let drawn = draw(r, name, last, &PassTextures { shown: &shown, own: &own, compiled, left }, (count, 0, 1), result)?;
     left.extend(own.into_iter().map(|(texture, handle)| (format!("{name}.{texture}"), handle)));
     Ok(drawn)
 }
@@ -102,7 +103,7 @@ fn unread(effects: &[&WgslEffect]) -> Vec<String> {
 pub(super) fn record_fused(
     r: &mut Recorder<'_, '_>,
     name: &str,
-    (effects, fused): (&[&WgslEffect], &Compiled),
+    (effects, fused): (&[&WgslEffect], &CompiledEffect),
     of_frame: &FrameTextures<'_>,
     left: &HashMap<String, Handle>,
     color: &Handle,
@@ -112,8 +113,8 @@ pub(super) fn record_fused(
     let desc = TextureDesc::new_2d(width, height, RADIANCE);
     let result = r.texture_of(format!("{name}.{}", word(fused.stage)), desc);
     let unread = unread(effects);
-    let shown = Shown { of_frame, color, previous: None, stage: fused.stage, unread: &unread };
-    let offered = Offered { shown: &shown, own: &HashMap::new(), compiled: fused, left };
+    let shown = EffectInputs { of_frame, color, previous: None, stage: fused.stage, unread: &unread };
+    let offered = PassTextures { shown: &shown, own: &HashMap::new(), compiled: fused, left };
     draw(r, name, pass, &offered, (1, 0, 1), result).map(Some)
 }
 
@@ -127,7 +128,7 @@ fn draw(
     r: &mut Recorder<'_, '_>,
     effect: &str,
     CompiledStep { pipeline, own_group, .. }: &CompiledStep,
-    offered: &Offered<'_>,
+    offered: &PassTextures<'_>,
     (count, round, rounds): (u32, u32, u32),
     target: Handle,
 ) -> Result<Handle, ProgramError> {
@@ -158,7 +159,7 @@ fn draw(
 }
 
 /// What an effect changes, and what else there is of the frame.
-struct Shown<'h> {
+struct EffectInputs<'h> {
     of_frame: &'h FrameTextures<'h>,
     color: &'h Handle,
     /// What it made in the frame before; without it `color` stands for that.
@@ -173,7 +174,7 @@ fn is_of_ids(slot: &Slot) -> bool {
     matches!(slot.entry.ty, wgpu::BindingType::Texture { sample_type: wgpu::TextureSampleType::Uint, .. })
 }
 
-impl<'h> Shown<'h> {
+impl<'h> EffectInputs<'h> {
     /// The textures of the frame that an effect may read, by their names in shaders.
     fn textures(&self) -> Vec<(&'static str, &'h Handle)> {
         let mut offered = vec![(word(self.stage), self.color), ("previous", self.previous.unwrap_or(self.color))];
@@ -197,16 +198,16 @@ impl<'h> Shown<'h> {
 }
 
 /// The textures that a pass of an effect may read, by their names in the shader.
-struct Offered<'h> {
-    shown: &'h Shown<'h>,
+struct PassTextures<'h> {
+    shown: &'h EffectInputs<'h>,
     /// What the effect's passes wrote so far.
     own: &'h HashMap<String, Handle>,
-    compiled: &'h Compiled,
+    compiled: &'h CompiledEffect,
     /// What effects before it wrote.
     left: &'h HashMap<String, Handle>,
 }
 
-impl Offered<'_> {
+impl PassTextures<'_> {
     fn get(&self, name: &str) -> Option<&Handle> {
         let of_others = || {
             let borrowed = self.compiled.borrowed.iter().find(|borrowed| borrowed.variable == name)?;

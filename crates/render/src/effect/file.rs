@@ -2,14 +2,14 @@
 
 use super::EffectStage;
 use super::checks::{check_module, check_names, check_pixel, check_slots, check_textures, fault_of_names};
-use super::declarations::{Borrowed, declarations, table_declarations};
+use super::declarations::{BorrowedTexture, declarations, table_declarations};
 use super::fallback::{self, Fallback};
 use super::fused::entry_point;
 use super::header::Header;
 use super::lut::{self, Table};
 use super::steps::Step;
 use crate::diagnostic::Diagnostic;
-use crate::settings::{SettingInfo, SettingValue, SettingsError, Written};
+use crate::settings::{SettingInfo, SettingInput, SettingValue, SettingsError};
 use crate::shader::locate;
 use crate::shader::program::{ProgramError, Slot};
 use crate::shader::reflection::reflect_bindings_of;
@@ -36,7 +36,7 @@ pub struct EffectFile {
     pub(super) stage: EffectStage,
     pub(super) uniforms: Uniforms,
     /// What it reads that only its header declares, beside its own textures.
-    pub(super) borrowed: Vec<Borrowed>,
+    pub(super) borrowed: Vec<BorrowedTexture>,
     /// The function that changes a pixel and knows that one alone.
     pub(super) pixel: Option<String>,
     /// The table that it reads, if it is one of colours.
@@ -180,8 +180,9 @@ impl EffectFile {
 
     /// Whether it is drawn and reads how far surfaces moved since the frame before.
     pub fn reads_motion(&self) -> bool {
-        let looks =
-            |borrowed: &Borrowed| borrowed.key == "motion" && self.uniforms.wants(&self.name, &borrowed.settings);
+        let looks = |borrowed: &BorrowedTexture| {
+            borrowed.key == "motion" && self.uniforms.wants(&self.name, &borrowed.settings)
+        };
         !self.uniforms.is_off && self.borrowed.iter().any(looks)
     }
 
@@ -235,7 +236,7 @@ impl EffectFile {
     ///
     /// # Errors
     /// As [`Self::set`].
-    pub fn give(&mut self, key: &str, written: &Written) -> Result<(), SettingsError> {
+    pub fn give(&mut self, key: &str, written: &SettingInput) -> Result<(), SettingsError> {
         self.uniforms.set(&self.name, key, written).map(drop)
     }
 

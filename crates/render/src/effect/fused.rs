@@ -2,8 +2,8 @@
 //! textures between them.
 
 use super::EffectStage;
-use super::compiled::{Compiled, compiled_steps};
-use super::declarations::{Borrowed, declarations, table_declarations};
+use super::compiled::{CompiledEffect, compiled_steps};
+use super::declarations::{BorrowedTexture, declarations, table_declarations};
 use super::rename::renamed;
 use super::steps::Step;
 use crate::gpu::Gpu;
@@ -24,8 +24,8 @@ pub(super) const FUSED_UNIFORMS_MAX: usize = 8;
 
 /// The pass that several effects share.
 #[derive(Debug)]
-pub(super) struct Fused {
-    pub compiled: Compiled,
+pub(super) struct FusedPass {
+    pub compiled: CompiledEffect,
 }
 
 /// The declaration of the entry point that calls `functions` one after the other. What is no number, or more than half
@@ -42,7 +42,7 @@ pub(super) fn entry_point<'t>(stage: EffectStage, functions: impl Iterator<Item 
 
 /// Compiles the pass of effects that all change pixels alone; none where they do not fit together, because one of them
 /// is written in a way that this cannot read, or they read too much.
-pub(super) fn compile(gpu: &Gpu, name: &str, effects: &[Arc<Compiled>]) -> Option<Fused> {
+pub(super) fn compile(gpu: &Gpu, name: &str, effects: &[Arc<CompiledEffect>]) -> Option<FusedPass> {
     let stage = effects.first()?.stage;
     let mut text = String::new();
     let mut functions = Vec::new();
@@ -57,7 +57,7 @@ pub(super) fn compile(gpu: &Gpu, name: &str, effects: &[Arc<Compiled>]) -> Optio
         uniforms.extend(effect.uniforms.iter().map(|(name, buffer)| (format!("{prefix}{name}"), buffer.clone())));
         tables.extend(effect.tables.iter().cloned());
         // What several read is declared once, whichever settings it is for.
-        let is_new = |one: &&Borrowed| borrowed.iter().all(|known: &Borrowed| known.key != one.key);
+        let is_new = |one: &&BorrowedTexture| borrowed.iter().all(|known: &BorrowedTexture| known.key != one.key);
         borrowed.extend(effect.borrowed.iter().filter(is_new).cloned().collect::<Vec<_>>());
     }
     let finds_drawn = effects.iter().filter_map(|effect| effect.pixel.as_ref()).any(|pixel| pixel.finds_drawn);
@@ -75,6 +75,7 @@ pub(super) fn compile(gpu: &Gpu, name: &str, effects: &[Arc<Compiled>]) -> Optio
     }
     let steps = vec![(Step::only(PIXEL_ENTRY.into()), slots)];
     let passes = compiled_steps(gpu, (name, name), (composed, &module), steps, &uniforms).ok()?;
-    let compiled = Compiled { id: Compiled::next_id(), stage, passes, borrowed, uniforms, tables, pixel: None };
-    Some(Fused { compiled })
+    let compiled =
+        CompiledEffect { id: CompiledEffect::next_id(), stage, passes, borrowed, uniforms, tables, pixel: None };
+    Some(FusedPass { compiled })
 }

@@ -1,6 +1,6 @@
 //! The header of an effect's file: its first lines, which begin with `//!`.
 
-use super::declarations::{Borrowed, IDS};
+use super::declarations::{BorrowedTexture, IDS};
 use super::steps::{self, Step};
 use crate::diagnostic::Diagnostic;
 use crate::user_shader::Source;
@@ -34,7 +34,7 @@ const OR: &str = " or ";
 pub(super) const DISPLAY: &str = "display";
 
 /// A word of a header, and its place.
-type Placed = (String, Range<usize>);
+type PlacedWord = (String, Range<usize>);
 
 /// What a header says.
 #[derive(Debug, Default)]
@@ -44,7 +44,7 @@ pub(super) struct Header {
     /// What it reads, with the place of the list.
     reads: Option<(Vec<String>, Range<usize>)>,
     /// What of it is for some settings alone: the texture, and the settings with their places.
-    conditions: Vec<(String, Vec<Placed>)>,
+    conditions: Vec<(String, Vec<PlacedWord>)>,
     /// Its passes; none where it says nothing of them.
     pub steps: Vec<Step>,
     /// The function that changes a pixel and knows that one alone, with its place.
@@ -157,13 +157,15 @@ impl Header {
     }
 
     /// The textures that only it declares, beside those that the effect's own passes write; each once.
-    pub fn borrowed(&self) -> Vec<Borrowed> {
+    pub fn borrowed(&self) -> Vec<BorrowedTexture> {
         let reads = self.reads.iter().flat_map(|(reads, _)| reads);
         let mut keys: Vec<&String> =
             reads.filter(|read| read.contains('.') || BORROWED.contains(&read.as_str())).collect();
         keys.sort_unstable();
         keys.dedup();
-        keys.into_iter().map(|key| Borrowed { settings: self.settings_of(key), ..Borrowed::new(key) }).collect()
+        keys.into_iter()
+            .map(|key| BorrowedTexture { settings: self.settings_of(key), ..BorrowedTexture::new(key) })
+            .collect()
     }
 
     /// The settings that a texture is for.
@@ -260,7 +262,7 @@ fn settings(
     texture: &str,
     place: Range<usize>,
     (list, start): (&str, usize),
-) -> Result<Vec<Placed>, Box<Diagnostic>> {
+) -> Result<Vec<PlacedWord>, Box<Diagnostic>> {
     if !BORROWED.contains(&texture) {
         let message = format!("`{texture}` is there whether it is read or not, so that an `if` spares nothing");
         let note = format!("the frame has these only if an effect reads them: {}", BORROWED.join(", "));

@@ -1,9 +1,9 @@
 //! Effects of WGSL files on a device.
 
-use super::compiled::{Compiled, CompiledStep, Pixel, compiled_steps};
-use super::declarations::Borrowed;
+use super::compiled::{CompiledEffect, CompiledStep, Pixel, compiled_steps};
+use super::declarations::BorrowedTexture;
 use super::fallback::Fallback;
-use super::fused::Fused;
+use super::fused::FusedPass;
 use super::lut::Table;
 use super::{Effect, EffectFile, EffectStage, chain, draw};
 use crate::gbuffer::Gbuffer;
@@ -67,10 +67,10 @@ pub struct WgslEffect {
 /// What another text of the effect replaces.
 #[derive(Debug)]
 struct State {
-    compiled: Arc<Compiled>,
+    compiled: Arc<CompiledEffect>,
     uniforms: Uniforms,
     /// The passes that it shares with effects that follow it, by the numbers of all of them; none where it cannot.
-    fused: Vec<(Vec<u64>, Option<Arc<Fused>>)>,
+    fused: Vec<(Vec<u64>, Option<Arc<FusedPass>>)>,
     /// What its text says that is drawn in its place where time is short.
     fallback: Option<Fallback>,
     /// The same on the device, once it was drawn.
@@ -79,7 +79,7 @@ struct State {
 
 impl State {
     /// Of a text that was compiled.
-    fn new(compiled: Compiled, uniforms: Uniforms, fallback: Option<Fallback>) -> Self {
+    fn new(compiled: CompiledEffect, uniforms: Uniforms, fallback: Option<Fallback>) -> Self {
         Self { compiled: Arc::new(compiled), uniforms, fused: Vec::new(), fallback, compiled_fallback: None }
     }
 }
@@ -188,7 +188,7 @@ impl WgslEffect {
     ///
     /// # Errors
     /// It is of another device, or a setting has no value.
-    pub(super) fn compiled(&self, r: &Recorder<'_, '_>) -> Result<Arc<Compiled>, ProgramError> {
+    pub(super) fn compiled(&self, r: &Recorder<'_, '_>) -> Result<Arc<CompiledEffect>, ProgramError> {
         if !r.frame.gpu.is_same(&self.gpu) {
             let message = "it was compiled for another device than that of `Renderer::gpu`".into();
             return Err(ProgramError::Misplaced { pass: self.name().into(), message });
@@ -201,12 +201,12 @@ impl WgslEffect {
     }
 
     /// Whether its settings let it look at what it borrows.
-    pub(super) fn wants(&self, borrowed: &Borrowed) -> bool {
+    pub(super) fn wants(&self, borrowed: &BorrowedTexture) -> bool {
         self.state().uniforms.wants(&self.name, &borrowed.settings)
     }
 
     /// What it knows of others in the chain.
-    pub(super) fn needs(&self) -> Arc<Compiled> {
+    pub(super) fn needs(&self) -> Arc<CompiledEffect> {
         self.state().compiled.clone()
     }
 
@@ -234,7 +234,7 @@ impl WgslEffect {
     }
 
     /// How often each of its passes is drawn.
-    pub(super) fn rounds(&self, compiled: &Compiled) -> Vec<u32> {
+    pub(super) fn rounds(&self, compiled: &CompiledEffect) -> Vec<u32> {
         let state = self.state();
         let rounds = |pass: &CompiledStep| pass.step.rounds.count(&self.name, &state.uniforms);
         compiled.passes.iter().map(rounds).collect()
@@ -243,9 +243,9 @@ impl WgslEffect {
     /// The pass that it shares with `followers`, made by `make` when they first follow it.
     pub(super) fn fused(
         &self,
-        followers: &[Arc<Compiled>],
-        make: impl FnOnce(&Gpu) -> Option<Fused>,
-    ) -> Option<Arc<Fused>> {
+        followers: &[Arc<CompiledEffect>],
+        make: impl FnOnce(&Gpu) -> Option<FusedPass>,
+    ) -> Option<Arc<FusedPass>> {
         let mut state = self.state();
         let ids: Vec<u64> = followers.iter().map(|follower| follower.id).collect();
         if let Some((_, fused)) = state.fused.iter().find(|(known, _)| *known == ids) {
@@ -286,7 +286,7 @@ impl Effect for WgslEffect {
 }
 
 /// An effect on a device, and the values of its uniforms.
-fn compiled(gpu: &Gpu, effect: EffectFile) -> Result<(Compiled, Uniforms), ProgramError> {
+fn compiled(gpu: &Gpu, effect: EffectFile) -> Result<(CompiledEffect, Uniforms), ProgramError> {
     let EffectFile {
         file, mut text, name, mut module, further, steps, stage, uniforms, borrowed, pixel, table, ..
     } = effect;
@@ -300,7 +300,10 @@ fn compiled(gpu: &Gpu, effect: EffectFile) -> Result<(Compiled, Uniforms), Progr
     let passes = compiled_steps(gpu, (&name, &file), (composed, &module), steps, &buffers)?;
     let pixel = pixel.map(|function| Pixel { text, function, finds_drawn: stage == EffectStage::Display });
     let tables = table.iter().map(|table| (table.variable.clone(), texture(gpu, table))).collect();
-    Ok((Compiled { id: Compiled::next_id(), stage, passes, borrowed, uniforms: buffers, tables, pixel }, uniforms))
+    Ok((
+        CompiledEffect { id: CompiledEffect::next_id(), stage, passes, borrowed, uniforms: buffers, tables, pixel },
+        uniforms,
+    ))
 }
 
 fn texture(gpu: &Gpu, table: &Table) -> wgpu::TextureView {

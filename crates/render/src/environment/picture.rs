@@ -31,7 +31,7 @@ pub(crate) struct EnvironmentTiles {
     of: Weak<EnvironmentMap>,
     /// Whether it is what is to be seen around a place.
     is_of_place: bool,
-    unfinished: Option<Unfinished>,
+    unfinished: Option<TileSources>,
     /// What is to be said of the picture.
     warning: Option<String>,
     /// The name under which a cache lacks them.
@@ -40,7 +40,7 @@ pub(crate) struct EnvironmentTiles {
 
 /// What the tiles are drawn from.
 #[derive(Debug)]
-pub(crate) struct Unfinished {
+pub(crate) struct TileSources {
     pub picture: wgpu::TextureView,
     pub picture_desc: TextureDesc,
     /// The side of the faces that lobes are sampled from.
@@ -128,7 +128,7 @@ impl EnvironmentTiles {
             is_of_place: false,
             warning,
             missing,
-            unfinished: Some(Unfinished {
+            unfinished: Some(TileSources {
                 picture: picture.create_view(&Default::default()),
                 picture_desc,
                 source_side,
@@ -169,7 +169,7 @@ impl EnvironmentTiles {
     }
 
     /// What is to be drawn, if it was not yet.
-    pub fn unfinished(&self) -> Option<&Unfinished> {
+    pub fn unfinished(&self) -> Option<&TileSources> {
         self.unfinished.as_ref()
     }
 

@@ -11,14 +11,14 @@ use std::sync::Arc;
 /// The radiance of the environment from each direction, as used in frames.
 #[derive(Clone, Debug)]
 pub struct EnvironmentRadiance {
-    from: From,
+    from: RadianceSource,
     intensity: f32,
     /// Cosine and sine of the rotation.
     turn: [f32; 2],
 }
 
 #[derive(Clone, Debug)]
-enum From {
+enum RadianceSource {
     Color(Vec3),
     Studio,
     Picture(Arc<EnvironmentMap>, HashMap<u32, Vec3>),
@@ -30,14 +30,14 @@ impl EnvironmentRadiance {
     pub fn new(settings: &EnvironmentSettings, scene: &Scene) -> Option<Self> {
         let picture = |map: Arc<EnvironmentMap>| {
             let peaks = map.peaks.iter().copied().collect();
-            From::Picture(map, peaks)
+            RadianceSource::Picture(map, peaks)
         };
         let from = match settings.source.resolved(scene) {
             Environment::None | Environment::Fill => return None,
-            Environment::Color(color) => From::Color(Vec3::from(color)),
+            Environment::Color(color) => RadianceSource::Color(Vec3::from(color)),
             Environment::Sky => picture(Arc::new(settings.sky()?.map())),
             Environment::File => picture(scene.environment.clone()?),
-            Environment::Auto | Environment::Studio => From::Studio,
+            Environment::Auto | Environment::Studio => RadianceSource::Studio,
         };
         let (sin, cos) = settings.rotation_deg.to_radians().sin_cos();
         let intensity = settings.intensity;
@@ -48,9 +48,9 @@ impl EnvironmentRadiance {
     pub fn at(&self, direction: Vec3) -> Vec3 {
         let [cos, sin] = self.turn;
         let radiance = match &self.from {
-            From::Color(color) => *color,
-            From::Studio => Vec3::splat(studio::radiance(direction)),
-            From::Picture(map, peaks) => {
+            RadianceSource::Color(color) => *color,
+            RadianceSource::Studio => Vec3::splat(studio::radiance(direction)),
+            RadianceSource::Picture(map, peaks) => {
                 let Vec3 { x, y, z } = direction;
                 texel(map, peaks, Vec3::new(cos * x - sin * z, y, sin * x + cos * z))
             }
@@ -63,9 +63,9 @@ impl EnvironmentRadiance {
         let mut hasher = DefaultHasher::new();
         [self.intensity, self.turn[0], self.turn[1]].map(f32::to_bits).hash(&mut hasher);
         match &self.from {
-            From::Color(color) => color.to_array().map(f32::to_bits).hash(&mut hasher),
-            From::Studio => hasher.write(b"studio"),
-            From::Picture(map, _) => {
+            RadianceSource::Color(color) => color.to_array().map(f32::to_bits).hash(&mut hasher),
+            RadianceSource::Studio => hasher.write(b"studio"),
+            RadianceSource::Picture(map, _) => {
                 (map.width, map.height, map.light.is_some()).hash(&mut hasher);
                 hasher.write(bytemuck::cast_slice(&map.texels));
                 let peaks = map.peaks.iter();
@@ -78,11 +78,11 @@ impl EnvironmentRadiance {
     /// A light that belongs to it and that frames draw as one, with shadows: of the sky the sun, of the studio its key.
     pub fn light(&self) -> Option<EnvironmentLight> {
         let light = match &self.from {
-            From::Color(_) => None,
-            From::Studio => Some(studio::key_light()),
-            From::Picture(map, _) => map.light,
+            RadianceSource::Color(_) => None,
+            RadianceSource::Studio => Some(studio::key_light()),
+            RadianceSource::Picture(map, _) => map.light,
         }?;
-        let is_picture = matches!(self.from, From::Picture(..));
+        let is_picture = matches!(self.from, RadianceSource::Picture(..));
         let [cos, sin] = if is_picture { self.turn } else { [1.0, 0.0] };
         let Vec3 { x, y, z } = light.direction;
         let direction = Vec3::new(cos * x + sin * z, y, cos * z - sin * x);

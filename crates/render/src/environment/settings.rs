@@ -2,7 +2,7 @@
 
 use super::{Background, Environment};
 use crate::setting::{
-    LinearColor, SettingField, SettingType, SettingValue, Written, read_word_or_color, settings, word_or_color,
+    LinearColor, SettingField, SettingInput, SettingType, SettingValue, read_word_or_color, settings, word_or_color,
 };
 use std::path::PathBuf;
 
@@ -69,7 +69,7 @@ impl SettingField for Environment {
         }
     }
 
-    fn read(written: &Written) -> Option<Self> {
+    fn read(written: &SettingInput) -> Option<Self> {
         read_word_or_color(&ENVIRONMENTS, Self::Color, written)
     }
 
@@ -88,7 +88,7 @@ impl SettingField for Background {
         const { &[BACKGROUNDS[0].0, BACKGROUNDS[1].0] }
     }
 
-    fn read(written: &Written) -> Option<Self> {
+    fn read(written: &SettingInput) -> Option<Self> {
         let text = written.text();
         let pair = text.as_deref().and_then(|text| text.split_once(',')).and_then(|(below, above)| {
             Some(Self::Gradient([LinearColor::of_hex(below.trim())?.0, LinearColor::of_hex(above.trim())?.0]))

@@ -110,12 +110,12 @@ fn corners(x: [f32; 4], y: [f32; 4], width: f32) -> [f32; 4] {
 
 /// A soft box with its axes.
 #[derive(Clone, Copy, Debug)]
-struct Placed {
+struct OrientedBox {
     of: SoftBox,
     axes: Mat3,
 }
 
-impl Placed {
+impl OrientedBox {
     fn new(of: SoftBox) -> Self {
         let forward = of.axis.normalize();
         let up = if forward.y.abs() < 0.9 { Vec3::Y } else { Vec3::NEG_Z };
@@ -171,14 +171,14 @@ fn room(sine: f32, blur: f32) -> f32 {
 
 /// The studio with a share of its key.
 struct Studio {
-    key: Placed,
+    key: OrientedBox,
     key_share: f32,
-    boxes: [Placed; BOXES.len()],
+    boxes: [OrientedBox; BOXES.len()],
 }
 
 impl Studio {
     fn new(key_share: f32) -> Self {
-        Self { key: Placed::new(KEY), key_share, boxes: BOXES.map(Placed::new) }
+        Self { key: OrientedBox::new(KEY), key_share, boxes: BOXES.map(OrientedBox::new) }
     }
 
     /// Radiance in a direction of length 1, blurred by lobes whose tangent of the half width is `blur`.
@@ -199,7 +199,7 @@ pub(crate) fn key_light() -> EnvironmentLight {
     static LIGHT: OnceLock<EnvironmentLight> = OnceLock::new();
     *LIGHT.get_or_init(|| EnvironmentLight {
         direction: KEY.axis.normalize(),
-        irradiance: Vec3::splat(Placed::new(KEY).irradiance() * KEY_LIGHT_SHARE),
+        irradiance: Vec3::splat(OrientedBox::new(KEY).irradiance() * KEY_LIGHT_SHARE),
         half_angle_tan: KEY.half_extent[0],
     })
 }

@@ -2,7 +2,7 @@
 
 use super::{Exposure, MeteringPattern};
 use crate::environment::Environment;
-use crate::setting::{SettingField, SettingType, SettingValue, SettingsError, Written, settings};
+use crate::setting::{SettingField, SettingInput, SettingType, SettingValue, SettingsError, settings};
 use manypass_scene::Scene;
 use std::fmt::{self, Display, Formatter};
 
@@ -77,7 +77,7 @@ impl SettingField for Exposure {
         &["scene", "auto"]
     }
 
-    fn read(written: &Written) -> Option<Self> {
+    fn read(written: &SettingInput) -> Option<Self> {
         written.text()?.parse().ok()
     }
 

@@ -1,7 +1,7 @@
 //! From the radiance of what a monitor's camera sees to the texture that screens show.
 
 use super::Means;
-use crate::passes::accumulate::{self, Average, Part};
+use crate::passes::accumulate::{self, Average, SamplePart};
 use crate::passes::{adaptive, mips, tone_map};
 use crate::record::Recorder;
 use crate::settings::Settings;
@@ -41,7 +41,7 @@ pub fn monitor_passes(
 ) -> Result<(), ProgramError> {
     let MonitorInputs { radiance, depth, means, sample_index, exposure, adapted, adaptive_step, settling } = inputs;
     let curve = settings.tone_map.curve;
-    let share = |average| accumulate::Share { average, part: Part::Whole, sample_index, exposure };
+    let share = |average| accumulate::Share { average, part: SamplePart::Whole, sample_index, exposure };
     let background = settings.background.source;
     let linear = tone_map::Display { curve, exposure, background, is_mean: true, encodes: false };
     let (mean, left) = match means {

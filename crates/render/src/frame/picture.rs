@@ -5,7 +5,7 @@ use crate::effect::{self, Effect, EffectStage, FrameTextures};
 use crate::fisheye::FisheyeLens;
 use crate::gbuffer::{Gbuffer, RADIANCE, ViewOutputs};
 use crate::overlay::draw::OverlayDraw;
-use crate::passes::accumulate::Part;
+use crate::passes::accumulate::SamplePart;
 use crate::passes::present::Target;
 use crate::passes::tone_map::ToneMapSettings;
 use crate::passes::upscale::UpscaleMethod;
@@ -163,8 +163,8 @@ pub fn output_passes<'f>(
     };
     let curve = settings.tone_map.curve;
     let share = |average, part| accumulate::Share { average, part, sample_index, exposure };
-    let of_display = share(accumulate::Average::Display(curve), Part::Whole);
-    let of_radiance = share(accumulate::Average::Radiance, Part::Whole);
+    let of_display = share(accumulate::Average::Display(curve), SamplePart::Whole);
+    let of_radiance = share(accumulate::Average::Radiance, SamplePart::Whole);
     let background = settings.background.source;
     let is_done = tone_map::Display { background, is_mean: true, ..tone_map::ENCODING };
     let is_linear = tone_map::Display { curve, exposure, ..is_done };
@@ -187,13 +187,13 @@ pub fn output_passes<'f>(
         }
         Means::Parts { rest, glow: mean_of_glow, radiance: mean_of_radiance } => {
             if let Some(mean) = mean_of_radiance {
-                let of_radiance = share(accumulate::Average::Radiance, Part::Marked);
+                let of_radiance = share(accumulate::Average::Radiance, SamplePart::Marked);
                 let linear = accumulate::record(r, "accumulate.radiance", of_radiance, radiance, mean)?;
                 r.graph.export(linear);
             }
-            let of_glow = share(accumulate::Average::Display(curve), Part::Glow);
+            let of_glow = share(accumulate::Average::Display(curve), SamplePart::Glow);
             glow = Some(accumulate::record(r, "accumulate.glow", of_glow, radiance, mean_of_glow)?);
-            let of_rest = share(accumulate::Average::Radiance, Part::Rest);
+            let of_rest = share(accumulate::Average::Radiance, SamplePart::Rest);
             (Some(accumulate::record(r, "accumulate", of_rest, radiance, rest)?), is_linear)
         }
     };

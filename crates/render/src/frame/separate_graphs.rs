@@ -5,7 +5,7 @@ use super::surfaces;
 use super::translucent::translucent_passes;
 use crate::draws::Tile;
 use crate::environment::lobe::{Lobe, LobeTable};
-use crate::environment::picture::{EnvironmentTiles, Unfinished};
+use crate::environment::picture::{EnvironmentTiles, TileSources};
 use crate::environment_tiles::Tile as EnvironmentTile;
 use crate::ground::GroundMap;
 use crate::passes::probe_capture::{CapturedProbe, ProbeSide};
@@ -22,7 +22,7 @@ use manypass_graph::Handle;
 pub(crate) fn environment_passes(
     r: &mut Recorder<'_, '_>,
     tiles: &EnvironmentTiles,
-    unfinished: &Unfinished,
+    unfinished: &TileSources,
 ) -> Result<(), ProgramError> {
     let picture = r.graph.import("environment.picture", unfinished.picture_desc, unfinished.picture.clone());
     let target = r.graph.import("environment", tiles.desc, tiles.view.clone());

@@ -6,7 +6,7 @@ use crate::record::Recorder;
 use crate::render_settings::Path;
 use crate::settings::Settings;
 use crate::shader::program::ProgramError;
-use crate::transparency::{Blended, Peel, Side, TransparencyMode};
+use crate::transparency::{BlendTargets, Peel, Side, TransparencyMode};
 use manypass_graph::Handle;
 
 /// Glass, before what lies behind it, then blended surfaces. With stochastic transparency each fragment is opaque, so
@@ -57,7 +57,7 @@ fn blended_passes(
     if !r.view.has_blended() {
         return Ok((radiance, depth));
     }
-    let blended = Blended::new(r, settings.transparency.mode, radiance, depth);
+    let blended = BlendTargets::new(r, settings.transparency.mode, radiance, depth);
     let blended = match settings.render.path {
         Path::Gouraud => gouraud::record_blended(r, &settings.fog, blended, peel)?,
         Path::Deferred | Path::Forward | Path::ForwardBatched => {

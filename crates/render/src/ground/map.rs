@@ -2,7 +2,7 @@
 
 use crate::draws::{Tile, WorldDraws};
 use crate::resources::Instance;
-use crate::shadows::{Casting, TileProjection, looking_along};
+use crate::shadows::{ShadowCasters, TileProjection, looking_along};
 use bytemuck::{Pod, Zeroable};
 use glam::{Vec2, Vec3, Vec4};
 use manypass_graph::TextureDesc;
@@ -147,7 +147,7 @@ impl GroundMap {
     /// The tiles of [`GROUND_DEPTHS`], whose instances are appended, and a number that they share with all that are
     /// alike.
     pub fn tiles(&self, world: &WorldDraws, version: u64, instances: &mut Vec<Instance>) -> (Vec<Tile>, u64) {
-        let casting = Casting::new(world, version);
+        let casting = ShadowCasters::new(world, version);
         let mut signature = 0u64;
         let side = self.tile_side();
         let tiles = self.projections().into_iter().zip([0, side]).map(|(projection, x)| {

@@ -1,7 +1,9 @@
 //! Settings of the ground, and how it is written.
 
 use super::Ground;
-use crate::setting::{SettingField, SettingType, SettingValue, Written, read_word_or_color, settings, word_or_color};
+use crate::setting::{
+    SettingField, SettingInput, SettingType, SettingValue, read_word_or_color, settings, word_or_color,
+};
 
 settings! {
     /// Settings of the ground.
@@ -25,7 +27,7 @@ impl SettingField for Ground {
         const { &[GROUNDS[0].0, GROUNDS[1].0, GROUNDS[2].0] }
     }
 
-    fn read(written: &Written) -> Option<Self> {
+    fn read(written: &SettingInput) -> Option<Self> {
         read_word_or_color(&GROUNDS, Self::Color, written)
     }
 

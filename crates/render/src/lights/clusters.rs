@@ -4,7 +4,7 @@ use super::decals::DecalLists;
 use super::grid::{Grid, Span, Target};
 use super::reach::Reach;
 use super::record::ListRecord;
-use super::{ClusterSettings, LIGHTS_MAX, LightTable, ListsOf};
+use super::{ClusterSettings, LIGHTS_MAX, LightListInputs, LightTable};
 use crate::constants::{LIST_WIDTH, TABLE_WIDTH};
 use crate::view::{DepthRange, View};
 use bytemuck::{Pod, Zeroable};
@@ -157,7 +157,7 @@ impl ClusterLists {
 
 impl ClusterLists {
     /// Appends the lists of decals, as far as there is room.
-    pub fn append_decals(&mut self, of: &ListsOf) {
+    pub fn append_decals(&mut self, of: &LightListInputs) {
         let left = ListLimits {
             entries: of.limits.entries.saturating_sub(self.lights.len()),
             clusters: of.limits.clusters.saturating_sub(self.table.len()).max(1),

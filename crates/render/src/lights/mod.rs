@@ -8,10 +8,10 @@
 //! changes that they were made of; jitter is none of it, because a sample stays within its pixel. Writes: `lights`,
 //! which holds the records of lists, too, and `cluster_lights`; read through `light_table.wgsl` alone.
 
+mod cached_lists;
 mod clusters;
 mod decals;
 mod grid;
-mod kept;
 mod lit;
 mod objects;
 mod reach;
@@ -21,10 +21,10 @@ mod settings;
 mod small;
 mod volumes;
 
+pub use cached_lists::{CachedLists, LightListInputs};
 pub use clusters::{ClusterLists, ClusterUniform, ListLimits};
 pub(crate) use decals::DecalLists;
 pub use grid::Target;
-pub use kept::{KeptLists, ListsOf};
 pub use lit::Rectangle;
 pub use objects::ObjectBounds;
 pub use reach::Reach;
@@ -310,8 +310,8 @@ impl LightTable {
     }
 
     /// The lists of a view, within its limits if there are several.
-    pub fn cluster(&self, of: &ListsOf) -> ClusterLists {
-        let ListsOf { view, range, target, culling, settings, limits, .. } = of;
+    pub fn cluster(&self, of: &LightListInputs) -> ClusterLists {
+        let LightListInputs { view, range, target, culling, settings, limits, .. } = of;
         match culling {
             _ if !of.wants_lists => ClusterLists::nothing(self, target.size),
             LightCulling::Clustered | LightCulling::Volumes | LightCulling::VolumesStencil => {

@@ -2,7 +2,7 @@
 //! encloses all that it reaches.
 
 use super::volumes::{self, VolumeDraw};
-use super::{LightCulling, LightTable, ListsOf};
+use super::{LightCulling, LightListInputs, LightTable};
 use glam::Vec3;
 use std::sync::Arc;
 
@@ -26,7 +26,7 @@ pub struct LightReaches {
 
 impl LightReaches {
     /// Those of the lights of `table` that the way of `of` needs.
-    pub fn new(table: &LightTable, of: &ListsOf) -> Self {
+    pub fn new(table: &LightTable, of: &LightListInputs) -> Self {
         let (texels, draws) = match of.culling {
             LightCulling::Tiled => (depth_extents(table, of), Vec::new()),
             LightCulling::Volumes => volumes::all(&volumes::visible(table, of)),
@@ -37,7 +37,7 @@ impl LightReaches {
     }
 }
 
-fn depth_extents(table: &LightTable, of: &ListsOf) -> Vec<[f32; 4]> {
+fn depth_extents(table: &LightTable, of: &LightListInputs) -> Vec<[f32; 4]> {
     let view_from_world = of.view.world_from_view.inverse();
     let reaches = table.reaches.iter().map(|reach| reach.transformed(&view_from_world));
     let extent = reaches.map(|reach| {

@@ -2,7 +2,7 @@
 
 use super::reach::{Cone, Reach};
 use super::reaches::RADIUS_SLACK;
-use super::{LightTable, ListsOf};
+use super::{LightListInputs, LightTable};
 use crate::constants::{CASTING_POINTS, CASTING_SPOTS, QUIET_POINTS, QUIET_SPOTS};
 use glam::{Vec2, Vec3, Vec4};
 use std::ops::Range;
@@ -92,13 +92,13 @@ fn bounds(reach: &Reach) -> (Vec3, f32) {
 }
 
 /// The volumes of the lights with a range that may reach what the view shows.
-pub fn visible(table: &LightTable, of: &ListsOf) -> Vec<Volume> {
+pub fn visible(table: &LightTable, of: &LightListInputs) -> Vec<Volume> {
     let view_from_world = of.view.world_from_view.inverse();
     let size_px = Vec2::new(of.target.size.0 as f32, of.target.size.1 as f32);
     // A sample lies within its pixel, so that half a pixel more is seen than the picture shows; a whole one is room.
     // What a lens shifts is seen beyond that.
     let half_extent = of.view.half_extent(of.target.aspect) * (1.0 + 2.0 / size_px + of.target.shift_ndc.abs());
-    let seen = Seen { half_extent, is_orthographic: of.view.is_orthographic() };
+    let seen = ViewExtent { half_extent, is_orthographic: of.view.is_orthographic() };
     let volumes = (table.global_count()..).zip(&table.reaches).filter_map(|(light, reach)| {
         let (center_world, radius_m) = bounds(reach);
         let cells = seen.cells(view_from_world.transform_point3(center_world), radius_m)?;
@@ -112,12 +112,12 @@ pub fn visible(table: &LightTable, of: &ListsOf) -> Vec<Volume> {
 }
 
 /// What a camera sees: half the extent of its picture, at 1 m if its rays are not parallel.
-struct Seen {
+struct ViewExtent {
     half_extent: Vec2,
     is_orthographic: bool,
 }
 
-impl Seen {
+impl ViewExtent {
     /// The cells that a sphere in view space may cover; none if it is out of view.
     fn cells(&self, center: Vec3, radius_m: f32) -> Option<[Range<u32>; 2]> {
         let distance_m = -center.z;

@@ -126,7 +126,7 @@ impl Atlas {
     }
 
     /// Puts all images where they lie.
-    pub fn pack(self, Arrangement { side, corners }: Arrangement) -> Packed {
+    pub fn pack(self, Arrangement { side, corners }: Arrangement) -> PackedImages {
         let mut texels = vec![0; (side * side * 4) as usize];
         for (image, [x, y]) in self.images.iter().zip(&corners) {
             let row_bytes = image.width as usize * 4;
@@ -143,7 +143,7 @@ impl Atlas {
         if let Some(white) = places.get_mut(WHITE) {
             *white = WHITE_TEXEL;
         }
-        Packed { side, texels, places }
+        PackedImages { side, texels, places }
     }
 
     /// The corners of images in rows, those of `order` one after the other.
@@ -182,7 +182,7 @@ impl Arrangement {
 
 /// Images in a square.
 #[derive(Debug)]
-pub(super) struct Packed {
+pub(super) struct PackedImages {
     pub side: u32,
     /// Four bytes a texel.
     pub texels: Vec<u8>,
@@ -190,7 +190,7 @@ pub(super) struct Packed {
     pub places: Vec<[f32; 4]>,
 }
 
-impl Packed {
+impl PackedImages {
     /// The texture.
     pub fn upload(&self, gpu: &Gpu) -> wgpu::TextureView {
         let size = wgpu::Extent3d { width: self.side, height: self.side, depth_or_array_layers: 1 };

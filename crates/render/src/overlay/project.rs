@@ -7,7 +7,7 @@ use manypass_scene::Projection;
 
 /// A place in the picture.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Projected {
+pub(super) struct PicturePoint {
     /// From the upper left corner.
     pub place_px: Vec2,
     /// Along the view's axis.
@@ -43,11 +43,11 @@ impl Projector {
     }
 
     /// Where a point of view space is seen; none behind the eye, and outside of a fisheye's circle.
-    pub fn picture(&self, position_view: Vec3) -> Option<Projected> {
+    pub fn picture(&self, position_view: Vec3) -> Option<PicturePoint> {
         let distance_m = -position_view.z;
         if let Some(lens) = &self.lens {
             let place = lens.place(position_view.as_dvec3())?.as_vec2();
-            return Some(Projected { place_px: 0.5 * self.size_px + Vec2::new(place.x, -place.y), distance_m });
+            return Some(PicturePoint { place_px: 0.5 * self.size_px + Vec2::new(place.x, -place.y), distance_m });
         }
         if distance_m < self.near_m() {
             return None;
@@ -56,7 +56,7 @@ impl Projector {
         let divisor = if matches!(self.projection, Projection::Orthographic { .. }) { 1.0 } else { distance_m };
         let ndc = position_view.truncate() / divisor / half;
         let place_px = (ndc * Vec2::new(0.5, -0.5) + 0.5) * self.size_px;
-        place_px.is_finite().then_some(Projected { place_px, distance_m })
+        place_px.is_finite().then_some(PicturePoint { place_px, distance_m })
     }
 
     /// What is linear across the picture and rises towards the eye, of a distance.

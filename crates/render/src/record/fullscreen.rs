@@ -8,7 +8,7 @@ use crate::shader::Program;
 use crate::shader::cache::{DepthTest, FullscreenPipeline, FullscreenTarget, SETTLED_BIT, StencilUse};
 use crate::shader::program::{Constant, ProgramError};
 use bytemuck::Pod;
-use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, PassContext, Read, TextureDesc};
+use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, PassContext, ReadKey, TextureDesc};
 use std::borrow::Cow;
 use std::sync::Arc;
 
@@ -44,7 +44,7 @@ pub(super) enum Shading {
 }
 
 enum Binding {
-    Read(Read),
+    Read(ReadKey),
     Uniform(Uniform),
     Table(wgpu::TextureView),
 }
@@ -342,7 +342,7 @@ impl<'r, 'f> Fullscreen<'r, 'f> {
 
 /// What goes into a slot of group 1.
 pub(super) enum Slot {
-    Read(Read),
+    Read(ReadKey),
     Ready(Resource),
 }
 

@@ -24,12 +24,12 @@ pub(crate) use bind_groups::BindGroups;
 pub(crate) use decal_marks::DecalMarks;
 pub(crate) use instances::InstanceTable;
 pub(crate) use legend::Legends;
-pub(crate) use scrubbed::Scrubbed;
+pub(crate) use scrubbed::ScrubMasks;
 pub(crate) use surfaces::{Bundles, SurfacePipelines};
 pub(crate) use tables::{FrameTables, depth_texture};
 pub(crate) use texels::TargetTexels;
 pub(crate) use uniforms::UniformArena;
-pub(crate) use view::{COUNTS_PAIRS, UNFILTERED_SAMPLES, ViewTables, Viewed};
+pub(crate) use view::{COUNTS_PAIRS, UNFILTERED_SAMPLES, ViewDescription, ViewTables};
 pub(crate) use volumes::Volumes;
 
 use crate::draws::WorldDraws;
@@ -58,7 +58,7 @@ pub struct Frame<'f> {
     pub(crate) volumes: &'f Volumes,
     pub(crate) decal_marks: &'f DecalMarks,
     pub(crate) legends: &'f Legends,
-    pub(crate) scrubbed: &'f Scrubbed,
+    pub(crate) scrubbed: &'f ScrubMasks,
 }
 
 /// The recorder of one view's passes: the graph, the shared frame, and the view.

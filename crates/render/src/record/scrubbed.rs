@@ -5,9 +5,9 @@ use std::cell::RefCell;
 
 /// The textures in which such pixels are 1; none where nobody counts.
 #[derive(Debug, Default)]
-pub(crate) struct Scrubbed(Option<RefCell<Vec<Export>>>);
+pub(crate) struct ScrubMasks(Option<RefCell<Vec<Export>>>);
 
-impl Scrubbed {
+impl ScrubMasks {
     /// Of a frame that counts them, or of one that does not.
     pub fn new(counts: bool) -> Self {
         Self(counts.then(RefCell::default))

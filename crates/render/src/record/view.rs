@@ -309,7 +309,7 @@ impl ViewTables {
 }
 
 /// What a view is prepared from, beside its tables.
-pub(crate) struct Viewed<'a> {
+pub(crate) struct ViewDescription<'a> {
     pub name: Cow<'static, str>,
     pub size: (u32, u32),
     pub goes_on: bool,
@@ -356,7 +356,7 @@ pub(crate) struct Viewed<'a> {
     pub decal_draws: DecalDraws,
 }
 
-impl Viewed<'_> {
+impl ViewDescription<'_> {
     /// The view, with its uniforms in `uniforms` and its group 0 among `groups`.
     pub fn prepare(
         self,

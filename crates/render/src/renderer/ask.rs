@@ -2,7 +2,7 @@
 
 use super::Renderer;
 use super::output::{MeansOf, ViewState};
-use super::part::{Captures, Part};
+use super::part::{Captures, PlannedView};
 use super::purpose::Purpose;
 use super::temporal::TemporalRequest;
 use super::view_kind::{MirrorLink, ViewKind};
@@ -52,7 +52,7 @@ pub(super) struct ViewRequest {
 
 impl ViewRequest {
     pub fn new(
-        Part { name, request, kind, mirrors, level }: Part,
+        PlannedView { name, request, kind, mirrors, level }: PlannedView,
         environment: Option<Arc<EnvironmentMap>>,
         purpose: &Purpose<'_>,
         capabilities: &Capabilities,
@@ -224,7 +224,12 @@ impl Renderer {
     }
 
     /// Checks what a frame is asked for of one view.
-    fn ask_part(&self, scene: &Scene, mut part: Part, purpose: &Purpose<'_>) -> Result<ViewRequest, RenderError> {
+    fn ask_part(
+        &self,
+        scene: &Scene,
+        mut part: PlannedView,
+        purpose: &Purpose<'_>,
+    ) -> Result<ViewRequest, RenderError> {
         let settings = &mut part.request.settings;
         // Not before, because it depends on the background, which callers choose afterwards.
         settings.ground.mode = settings.ground.mode.resolved(settings.environment.source, settings.background.source);

@@ -1,7 +1,7 @@
 //! Which monitors a frame shows, and what is asked of the views of their cameras.
 
 use super::Renderer;
-use super::part::{Part, settings_of, widest_range};
+use super::part::{PlannedView, settings_of, widest_range};
 use super::view_kind::{Drawing, MonitorView, ViewKind};
 use crate::draws::may_show;
 use crate::overlay::monitors_of_overlay;
@@ -162,9 +162,9 @@ impl Renderer {
     pub(super) fn monitors(
         &self,
         scene: &Scene,
-        parts: &[Part],
+        parts: &[PlannedView],
         state: &mut CaptureState,
-    ) -> Result<(Vec<Part>, u32), RenderError> {
+    ) -> Result<(Vec<PlannedView>, u32), RenderError> {
         let Some(first) = parts.first().map(|part| &part.request) else { return Ok(Default::default()) };
         let Some(screens) = Screens::of(scene) else { return Ok(Default::default()) };
         let monitor_of = |image: usize| {
@@ -199,8 +199,8 @@ impl Renderer {
             let twin = requests.range(..image).filter(|(_, (other, ..))| other == name).count();
             let name = if twin > 0 { format!("{name}.{}", twin + 1) } else { (*name).to_owned() };
             let inner = if level > 0 { format!("/{}", level + 1) } else { String::new() };
-            let part = Part::new(format!("monitor/{name}{inner}"), request.clone(), view.kind(request));
-            Some(Part { level: Some(level), ..part })
+            let part = PlannedView::new(format!("monitor/{name}{inner}"), request.clone(), view.kind(request));
+            Some(PlannedView { level: Some(level), ..part })
         };
         let is_known = |(image, width, height): &(usize, u32, u32)| {
             requests.get(image).is_some_and(|(_, monitor, _)| (monitor.width, monitor.height) == (*width, *height))

@@ -1,10 +1,10 @@
 //! What passes are drawn with that lasts from frame to frame: programs, pipelines, tables, uniforms and bind groups.
 
-use super::shared::Shared;
+use super::shared::SharedBox;
 use crate::draws::WorldDraws;
 use crate::gpu::Gpu;
 use crate::record::{
-    BindGroups, Bundles, DecalMarks, Frame, FrameTables, Legends, Scrubbed, SurfacePipelines, UniformArena, Volumes,
+    BindGroups, Bundles, DecalMarks, Frame, FrameTables, Legends, ScrubMasks, SurfacePipelines, UniformArena, Volumes,
 };
 use crate::request::FrameStats;
 use crate::resources::SceneResources;
@@ -12,8 +12,8 @@ use crate::shader::Shaders;
 
 /// What passes are drawn with.
 pub(super) struct DrawResources {
-    pub shaders: Shared<Shaders>,
-    pub surface_pipelines: Shared<SurfacePipelines>,
+    pub shaders: SharedBox<Shaders>,
+    pub surface_pipelines: SharedBox<SurfacePipelines>,
     pub tables: FrameTables,
     pub uniforms: UniformArena,
     pub bind_groups: BindGroups,
@@ -27,7 +27,7 @@ pub(super) struct DrawResources {
 pub(super) struct FrameNotes {
     pub legends: Legends,
     /// What counts pixels that are no numbers.
-    pub scrubbed: Scrubbed,
+    pub scrubbed: ScrubMasks,
 }
 
 impl DrawResources {

@@ -1,7 +1,7 @@
 //! Fisheye pictures: what is asked of the views that they are put together from.
 
 use super::Renderer;
-use super::part::Part;
+use super::part::PlannedView;
 use super::view_kind::{Drawing, ViewKind};
 use crate::camera_settings::Fisheye;
 use crate::fisheye::{Face, FisheyeFaces, FisheyeInfo};
@@ -24,19 +24,19 @@ fn faces_of(request: &FrameRequest, limit_px: u32) -> Option<FisheyeFaces> {
 }
 
 /// The views that a picture is made of, the picture itself last, each with its name.
-pub(super) fn parts_of(name: &str, request: FrameRequest, limit_px: u32) -> Vec<Part> {
+pub(super) fn parts_of(name: &str, request: FrameRequest, limit_px: u32) -> Vec<PlannedView> {
     let Some(of_fisheye) = faces_of(&request, limit_px) else {
-        return vec![Part::new(name.into(), request, ViewKind::picture())];
+        return vec![PlannedView::new(name.into(), request, ViewKind::picture())];
     };
     let before = if name.is_empty() { String::new() } else { format!("{name}/") };
     let face = |face: &Face| {
-        Part::new(format!("{before}fisheye/{}", face.side.name()), request_of(face, &request), kind_of(*face))
+        PlannedView::new(format!("{before}fisheye/{}", face.side.name()), request_of(face, &request), kind_of(*face))
     };
     let mut parts: Vec<_> = of_fisheye.faces.iter().map(face).collect();
     let drawing = Drawing::Fisheye(of_fisheye);
     let kind =
         ViewKind { drawing, draws_surfaces: false, is_sheared: true, keeps_border: false, ..ViewKind::picture() };
-    parts.push(Part::new(name.into(), request, kind));
+    parts.push(PlannedView::new(name.into(), request, kind));
     parts
 }
 

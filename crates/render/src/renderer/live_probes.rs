@@ -3,7 +3,7 @@
 use super::Renderer;
 use super::ask::ViewRequest;
 use super::next::NextState;
-use super::part::{Captures, Part};
+use super::part::{Captures, PlannedView};
 use super::probe_lighting::{ProbeLighting, environment_of};
 use super::probes::{DueProbe, place_of};
 use super::purpose::Purpose;
@@ -71,12 +71,12 @@ fn kind_of(side: ProbeSide) -> ViewKind {
 }
 
 /// The views around probes. Their names are those of their places among them, so that few are kept.
-fn parts_of(grids: &[&ProbeGrid], due: &[DueProbe], is_apart: bool, request: &FrameRequest) -> Vec<Part> {
+fn parts_of(grids: &[&ProbeGrid], due: &[DueProbe], is_apart: bool, request: &FrameRequest) -> Vec<PlannedView> {
     let views = due.iter().enumerate().flat_map(|(slot, of)| (0..FACES.len()).map(move |face| (slot, *of, face)));
     let part = |(slot, of, face): (usize, DueProbe, usize)| {
         let asked = request_of(grids.get(of.grid)?, of.probe, face, request)?;
         let side = ProbeSide { of, face, is_apart };
-        Some(Part::new(format!("probes/{slot}.{face}"), asked, kind_of(side)))
+        Some(PlannedView::new(format!("probes/{slot}.{face}"), asked, kind_of(side)))
     };
     views.filter_map(part).collect()
 }
@@ -115,7 +115,12 @@ impl Renderer {
     }
 
     /// The views around the probes that a frame of a live view looks around. A still has looked around all before.
-    pub(super) fn probe_parts(&mut self, scene: &Scene, request: &FrameRequest, next: &mut NextState) -> Vec<Part> {
+    pub(super) fn probe_parts(
+        &mut self,
+        scene: &Scene,
+        request: &FrameRequest,
+        next: &mut NextState,
+    ) -> Vec<PlannedView> {
         let grids = known(scene, request.settings.captures.enabled);
         if !request.goes_on || !request.settings.captures.enabled || grids.iter().all(|grid| grid.live.is_none()) {
             return Vec::new();

@@ -1,6 +1,6 @@
 //! Flat mirrors: which a view shows, and what is asked of the views behind them.
 
-use super::part::{Part, settings_of, widest_range};
+use super::part::{PlannedView, settings_of, widest_range};
 use super::view_kind::{Drawing, MirrorLink, MirrorView, Reflector, ViewKind};
 use crate::camera_settings::{CameraSettings, Fisheye};
 use crate::environment::Background;
@@ -37,7 +37,7 @@ const SCALE_MAX: f32 = 2.0;
 const ROUGH_MARGIN: f32 = 0.3;
 
 /// A mirror that is drawn, or water.
-struct Known<'s> {
+struct MirrorSurface<'s> {
     of: Reflector,
     panel: Panel,
     is_smooth: bool,
@@ -62,7 +62,7 @@ impl Reflector {
     }
 }
 
-impl<'s> Known<'s> {
+impl<'s> MirrorSurface<'s> {
     /// The corners of its panel in the space that the view behind it sees: those of a mirror stay where they are.
     fn corners_behind(&self) -> [Vec3; 4] {
         let corners = self.panel.corners_world();
@@ -151,7 +151,7 @@ impl<'s> Known<'s> {
 
 /// The mirrors of a scene that are drawn, and its water.
 pub(super) struct Mirrors<'s> {
-    all: Vec<Known<'s>>,
+    all: Vec<MirrorSurface<'s>>,
     /// The largest side of a picture.
     limit_px: u32,
 }
@@ -163,10 +163,10 @@ impl<'s> Mirrors<'s> {
         }
         let is_drawn = |mirror: &&Mirror| scene.shows(mirror.node) && unsuited_material(scene, mirror.node).is_none();
         let known = scene.mirrors.iter().take(MIRRORS_MAX).filter(is_drawn);
-        let mirrors = known.filter_map(|mirror| Known::mirror(scene, mirror));
-        let water = (0..scene.water.len().min(WATER_MAX)).filter_map(|index| Known::water(scene, index));
+        let mirrors = known.filter_map(|mirror| MirrorSurface::mirror(scene, mirror));
+        let water = (0..scene.water.len().min(WATER_MAX)).filter_map(|index| MirrorSurface::water(scene, index));
         let ends = (0..scene.portals.len().min(PORTALS_MAX)).flat_map(|index| [(index, 0), (index, 1)]);
-        let portals = ends.filter_map(|end| Known::portal(scene, end));
+        let portals = ends.filter_map(|end| MirrorSurface::portal(scene, end));
         let others = water.chain(portals).filter(|known| scene.shows(known.node));
         let all = mirrors.chain(others).collect();
         Self { all, limit_px }
@@ -185,12 +185,12 @@ impl<'s> Mirrors<'s> {
     pub fn before(
         &self,
         scene: &Scene,
-        parts: Vec<Part>,
+        parts: Vec<PlannedView>,
         depth: u32,
         (drawn, shown): (&mut usize, &mut BTreeSet<Reflector>),
-    ) -> Result<Vec<Part>, RenderError> {
+    ) -> Result<Vec<PlannedView>, RenderError> {
         // Every view with the one that shows it, and how deep it is; those that are deeper follow.
-        let mut all: Vec<(Part, usize, u32)> = parts.into_iter().map(|part| (part, usize::MAX, 0)).collect();
+        let mut all: Vec<(PlannedView, usize, u32)> = parts.into_iter().map(|part| (part, usize::MAX, 0)).collect();
         let mut next = 0;
         while next < all.len() {
             if all[next].2 < depth {
@@ -201,7 +201,7 @@ impl<'s> Mirrors<'s> {
             next += 1;
         }
         // Backwards each comes before whoever shows it; parts keep their order.
-        let mut ordered: Vec<Vec<Part>> = all.iter().map(|_| Vec::new()).collect();
+        let mut ordered: Vec<Vec<PlannedView>> = all.iter().map(|_| Vec::new()).collect();
         let mut done = Vec::new();
         for (at, (part, shown_by, _)) in all.into_iter().enumerate().rev() {
             let mut of_part = std::mem::take(&mut ordered[at]);
@@ -218,16 +218,16 @@ impl<'s> Mirrors<'s> {
     fn behind(
         &self,
         scene: &Scene,
-        part: &mut Part,
+        part: &mut PlannedView,
         (drawn, shown): (&mut usize, &mut BTreeSet<Reflector>),
-    ) -> Result<Vec<Part>, RenderError> {
+    ) -> Result<Vec<PlannedView>, RenderError> {
         let mut parts = Vec::new();
         if !part.kind.draws_surfaces {
             return Ok(parts);
         }
         let has_reflections = part.request.settings.render.path != Path::Gouraud;
         for (at, known) in self.all.iter().enumerate() {
-            let Known { of, panel, is_smooth, name, node, .. } = known;
+            let MirrorSurface { of, panel, is_smooth, name, node, .. } = known;
             let is_possible = has_reflections || known.through.is_some();
             if scene.node(*node).layers & part.request.layers == 0 || !is_possible {
                 continue;
@@ -240,7 +240,7 @@ impl<'s> Mirrors<'s> {
                 continue;
             }
             shown.insert(*of);
-            let is_twin = |other: &&Known<'_>| other.name == *name && other.of.kind() == of.kind();
+            let is_twin = |other: &&MirrorSurface<'_>| other.name == *name && other.of.kind() == of.kind();
             let twin = self.all.iter().take(at).filter(is_twin).count();
             let number = if twin > 0 { format!(".{}", twin + 1) } else { String::new() };
             let outer = if part.name.is_empty() { String::new() } else { format!("{}/", part.name) };
@@ -253,7 +253,7 @@ impl<'s> Mirrors<'s> {
                 is_smooth: *is_smooth,
             });
             let kind = known.kind_behind(&part.kind);
-            parts.push(Part { level: part.level, ..Part::new(view, behind, kind) });
+            parts.push(PlannedView { level: part.level, ..PlannedView::new(view, behind, kind) });
         }
         Ok(parts)
     }
@@ -308,11 +308,11 @@ fn is_smooth(scene: &Scene, id: NodeId) -> bool {
 /// What is asked of the view behind a mirror where `request` is asked of what shows it, and the normal of the mirror's
 /// plane towards the eye. None if that sees nothing of it: it is out of sight, or turns its back or its edge.
 fn request_behind(
-    known: &Known<'_>,
+    known: &MirrorSurface<'_>,
     limit_px: u32,
     (request, is_sheared): (&FrameRequest, bool),
 ) -> Result<Option<(FrameRequest, Vec3)>, RenderError> {
-    let Known { panel, is_smooth, scale, layers, quality, through, .. } = known;
+    let MirrorSurface { panel, is_smooth, scale, layers, quality, through, .. } = known;
     let View { world_from_view, projection } = request.camera;
     let plane = panel.plane_world();
     // The eye, or with parallel rays the direction in which it is.

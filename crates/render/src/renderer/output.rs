@@ -7,7 +7,7 @@ use crate::draws::UnsettledTiles;
 use crate::environment::Background;
 use crate::frame::Means;
 use crate::gpu::Gpu;
-use crate::lights::{KeptLists, Rectangle};
+use crate::lights::{CachedLists, Rectangle};
 use crate::overlay::OverlayState;
 use crate::passes::accumulate::{Mean, SUM};
 use crate::passes::adaptive::{self, ConvergedTiles};
@@ -22,7 +22,7 @@ const MEANS_OF_RADIANCE: [&str; 2] = ["accumulate.previous_radiance", "accumulat
 
 /// A texture that outlives frames, with its view.
 #[derive(Debug)]
-pub(super) struct Kept {
+pub(super) struct PersistentTexture {
     pub texture: wgpu::Texture,
     pub view: wgpu::TextureView,
 }
@@ -33,23 +33,23 @@ pub(super) struct Output {
     pub size: (u32, u32),
     /// The mean of display colours; of radiance where that is the only one, or of all but what glows. None, one or two
     /// textures.
-    pub sums: Vec<Kept>,
+    pub sums: Vec<PersistentTexture>,
     /// The mean of radiance beside those of the picture. None or two textures.
-    pub radiance_sums: Vec<Kept>,
+    pub radiance_sums: Vec<PersistentTexture>,
     /// The mean of what glows. None or two textures.
-    glow_sums: Vec<Kept>,
+    glow_sums: Vec<PersistentTexture>,
     /// The mean of what comes through glass of the background beside what alpha says. None, one or two textures.
-    pub tint_sums: Vec<Kept>,
+    pub tint_sums: Vec<PersistentTexture>,
     /// Which tiles of the picture are settled, and the mean of half of its samples; once they were needed.
-    settling: Option<[Kept; 2]>,
-    pub display: Kept,
+    settling: Option<[PersistentTexture; 2]>,
+    pub display: PersistentTexture,
     /// Whether a frame was drawn into them.
     pub is_drawn: bool,
 }
 
 /// The parts of a still's picture that are not settled.
 #[derive(Clone, Debug)]
-pub(super) struct Unsettled {
+pub(super) struct UnsettledRegion {
     /// Rectangles around them.
     pub rectangles: Arc<[Rectangle]>,
     pub tiles: Arc<UnsettledTiles>,
@@ -62,14 +62,14 @@ pub(super) struct ViewState {
     pub is_within: bool,
     pub tables: ViewTables,
     /// The lists of lights that `tables` hold.
-    pub lists: Option<KeptLists>,
+    pub lists: Option<CachedLists>,
     pub output: Option<Output>,
     /// Which of the two sums holds the last frame's.
     pub latest_sum: usize,
     /// Whether tiles of the picture were looked for that are settled.
     pub has_settled: bool,
     /// What is not, if it is known.
-    pub unsettled: Option<Unsettled>,
+    pub unsettled: Option<UnsettledRegion>,
     /// Of how many samples the picture of the last frame is.
     pub sample_count: u32,
     /// Whether that frame made a picture, and was not only added to one.
@@ -199,7 +199,7 @@ impl MeansOf {
     }
 }
 
-fn create(gpu: &Gpu, label: &str, format: wgpu::TextureFormat, (width, height): (u32, u32)) -> Kept {
+fn create(gpu: &Gpu, label: &str, format: wgpu::TextureFormat, (width, height): (u32, u32)) -> PersistentTexture {
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
@@ -212,7 +212,7 @@ fn create(gpu: &Gpu, label: &str, format: wgpu::TextureFormat, (width, height): 
             | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
     });
-    Kept { view: texture.create_view(&Default::default()), texture }
+    PersistentTexture { view: texture.create_view(&Default::default()), texture }
 }
 
 /// The shapes of the textures that tell which tiles of a picture are settled.
@@ -350,7 +350,7 @@ impl Output {
     /// The means in a graph; `previous` of the two textures holds that of the samples so far.
     pub fn means(&self, graph: &mut Graph<'_>, means_of: MeansOf, previous: usize) -> Means {
         let desc = TextureDesc::new_2d(self.size.0, self.size.1, SUM);
-        let mut mean = |sums: &[Kept], names: [&'static str; 2]| {
+        let mut mean = |sums: &[PersistentTexture], names: [&'static str; 2]| {
             let mut import = |name, index: usize| Some(graph.import(name, desc, sums.get(index & 1)?.view.clone()));
             let previous_mean = if means_of.go_on() { import(names[0], previous) } else { None };
             Some(Mean { previous: previous_mean, next: import(names[1], 1 - (previous & 1))? })

@@ -9,7 +9,7 @@ use crate::view::{DepthRange, View};
 use manypass_scene::Projection;
 
 /// A view of a frame, before it is known what it draws.
-pub(super) struct Part {
+pub(super) struct PlannedView {
     pub name: String,
     pub request: FrameRequest,
     pub kind: ViewKind,
@@ -19,7 +19,7 @@ pub(super) struct Part {
     pub level: Option<u32>,
 }
 
-impl Part {
+impl PlannedView {
     pub fn new(name: String, request: FrameRequest, kind: ViewKind) -> Self {
         Self { name, request, kind, mirrors: Vec::new(), level: None }
     }
@@ -29,7 +29,7 @@ impl Part {
 /// latter it leaves out.
 #[derive(Default)]
 pub(super) struct Captures {
-    pub parts: Vec<Part>,
+    pub parts: Vec<PlannedView>,
     pub left_out: u32,
 }
 

@@ -5,7 +5,7 @@ use super::ask::ViewRequest;
 use super::constants::constants_of;
 use super::drawing::DrawResources;
 use super::ground::{FrameGround, light_in_environment};
-use super::output::{Output, Unsettled, ViewState};
+use super::output::{Output, UnsettledRegion, ViewState};
 use super::purpose::Purpose;
 use super::shadows::{Atlas, contact_uniform, filter_uniform};
 use super::surroundings::FrameSurroundings;
@@ -21,11 +21,11 @@ use crate::gpu::Gpu;
 use crate::ground::{GroundLight, ViewGround, keeps_border};
 use crate::lens::SampleView;
 use crate::levels::LevelCount;
-use crate::lights::{ClusterUniform, KeptLists, LightTable, Rectangle};
+use crate::lights::{CachedLists, ClusterUniform, LightTable, Rectangle};
 use crate::outline::Outline;
 use crate::passes::adaptive;
 use crate::passes::taa::TemporalFrame;
-use crate::record::{InstanceTable, PreparedView, ViewTables, Viewed};
+use crate::record::{InstanceTable, PreparedView, ViewDescription, ViewTables};
 use crate::render_settings::Path;
 use crate::request::FrameStats;
 use crate::resources::filtering::{Sampling, TextureFiltering};
@@ -75,7 +75,7 @@ struct ViewInputs<'a> {
     asked: &'a ViewRequest,
     world: &'a WorldDraws,
     draws: Arc<DrawList>,
-    lists: &'a KeptLists,
+    lists: &'a CachedLists,
     tables: &'a ViewTables,
     cluster_grid: ClusterUniform,
     environment: EnvironmentUniform,
@@ -88,7 +88,7 @@ struct ViewInputs<'a> {
     display_goes_on: bool,
     is_adaptive: bool,
     settled: Option<wgpu::TextureView>,
-    unsettled: Option<Unsettled>,
+    unsettled: Option<UnsettledRegion>,
     outline: Option<(Outline, Rectangle)>,
 }
 
@@ -114,7 +114,7 @@ impl ViewInputs<'_> {
         let samples_depth = renderer.gpu.capabilities.samples_attached_depth;
         let unsettled = self.unsettled.as_ref().filter(|_| draws_picture && self.settled.is_some());
         let tiles_left = unsettled.filter(|_| size == asked.output_size).map(|unsettled| &*unsettled.tiles);
-        let viewed = Viewed {
+        let viewed = ViewDescription {
             name: name.into(),
             size,
             goes_on: request.goes_on || request.sample_index > 0,
@@ -318,7 +318,7 @@ impl Renderer {
         instances: &InstanceTable,
     ) -> PreparedView {
         let lists = state.lists.as_ref();
-        let viewed = Viewed {
+        let viewed = ViewDescription {
             name: "".into(),
             size: asked.size,
             goes_on: false,
@@ -356,7 +356,7 @@ impl Renderer {
     }
 
     /// Gives a view its uniforms and its bind group.
-    fn bind(&self, viewed: Viewed<'_>, tables: &ViewTables) -> PreparedView {
+    fn bind(&self, viewed: ViewDescription<'_>, tables: &ViewTables) -> PreparedView {
         let DrawResources { shaders, tables: of_frame, uniforms, bind_groups, .. } = &self.drawing;
         viewed.prepare(&self.gpu, shaders, (of_frame, uniforms, bind_groups), tables)
     }

@@ -23,7 +23,7 @@ const STILL_RATIO_MAX: f32 = 16.0;
 #[derive(Clone, Debug, Default)]
 pub(super) struct ProbeTexels {
     layout: ProbeLayout,
-    written: Vec<Written>,
+    written: Vec<UploadedGrid>,
     /// The live grid that frames look into next.
     turn: usize,
     /// Whether a still has found the light that is there.
@@ -32,7 +32,7 @@ pub(super) struct ProbeTexels {
 
 /// What was written of a grid.
 #[derive(Clone, Debug)]
-struct Written {
+struct UploadedGrid {
     region: Region,
     counts: [u32; 3],
     basis: ProbeBasis,
@@ -131,7 +131,7 @@ fn in_turn(done: usize, count: usize) -> usize {
     done % count * stride % count
 }
 
-impl Written {
+impl UploadedGrid {
     fn placed(&self, place: &GridPlace) -> PlacedGrid {
         let Self { scale, light, has_sources, moved_m, .. } = *self;
         PlacedGrid { place: *place, scale, light, has_sources, moved_m }
@@ -167,7 +167,7 @@ impl ProbeTexels {
         }
         let mut due = Vec::new();
         let grids = &grids[..self.written.len()];
-        let is_kept = |written: &Written| {
+        let is_kept = |written: &UploadedGrid| {
             let ratio = written.scale * pre_exposure;
             written.live.is_none() || (EXPOSURE_RATIO_MAX.recip()..EXPOSURE_RATIO_MAX).contains(&ratio)
         };
@@ -204,11 +204,11 @@ impl ProbeTexels {
     /// Whether a still has found all that frames are to find of light, and as it is exposed now, if that is given, but for what
     /// half floats do not feel.
     pub fn is_found(&self, grids: &[&ProbeGrid], pre_exposure: Option<f32>) -> bool {
-        let is_near = |written: &Written| {
+        let is_near = |written: &UploadedGrid| {
             let is_near = |pre: f32| (STILL_RATIO_MAX.recip()..STILL_RATIO_MAX).contains(&(written.scale * pre));
             written.live.is_none() || pre_exposure.is_none_or(is_near)
         };
-        let is_found = |written: &Written| written.left == 0 && is_near(written);
+        let is_found = |written: &UploadedGrid| written.left == 0 && is_near(written);
         self.is_of_still && self.are_of(grids) && self.written.iter().all(is_found)
     }
 
@@ -278,7 +278,7 @@ impl ProbeTexels {
                 let [x, y] = place.distances;
                 write_texels(gpu, (texture, [corner[0] + x, corner[1] + y]), (*width, *height), distances);
                 let bounces = grid.live.map_or(0, |live| live.bounces.max(1) as usize);
-                self.written.push(Written {
+                self.written.push(UploadedGrid {
                     region: grid.region,
                     counts: grid.counts,
                     basis: grid.basis,

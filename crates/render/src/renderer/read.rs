@@ -2,7 +2,7 @@
 
 use super::Renderer;
 use super::ask::ViewRequest;
-use super::output::Unsettled;
+use super::output::UnsettledRegion;
 use super::purpose::Purpose;
 use super::submit::SubmittedFrame;
 use crate::aov::PassPicture;
@@ -96,7 +96,7 @@ impl Renderer {
             let Some(state) = self.views.get_mut(&asked.name) else { continue };
             let Some(settled) = state.settled_texture() else { continue };
             let texels = readback::read_texture(&self.gpu, settled).await?;
-            state.unsettled = Some(Unsettled {
+            state.unsettled = Some(UnsettledRegion {
                 rectangles: adaptive::unsettled_rectangles(&texels, asked.output_size).into(),
                 tiles: UnsettledTiles::new(&texels, asked.output_size).into(),
             });

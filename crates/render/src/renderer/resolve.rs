@@ -4,7 +4,7 @@ use super::Renderer;
 use super::fisheye::parts_of;
 use super::mirrors::{Mirrors, VIEWS_MAX};
 use super::next::NextState;
-use super::part::{Captures, Part};
+use super::part::{Captures, PlannedView};
 use super::purpose::Purpose;
 use crate::request::{FrameRequest, RenderError, SceneDefaults};
 use manypass_scene::Scene;
@@ -59,7 +59,7 @@ impl Renderer {
         scene: &Scene,
         views: &[(&str, &FrameRequest)],
         purpose: &Purpose<'_>,
-    ) -> Result<Vec<Part>, RenderError> {
+    ) -> Result<Vec<PlannedView>, RenderError> {
         let defaults = LazyCell::new(|| SceneDefaults::of(scene));
         let mut requests: Vec<FrameRequest> = views.iter().map(|(_, request)| request.resolved_by(&defaults)).collect();
         if purpose.draws_picture {
@@ -82,7 +82,7 @@ impl Renderer {
     fn captures(
         &mut self,
         scene: &Scene,
-        parts: Vec<Part>,
+        parts: Vec<PlannedView>,
         purpose: &Purpose<'_>,
         next: &mut NextState,
     ) -> Result<Captures, RenderError> {

@@ -8,17 +8,17 @@ use crate::{gpu::Gpu, record::SurfacePipelines, request::RenderError, shader::Sh
 
 /// What renderers share where none leaves its thread, and each has for itself elsewhere.
 #[cfg(target_arch = "wasm32")]
-pub(super) type Shared<T> = std::rc::Rc<T>;
+pub(super) type SharedBox<T> = std::rc::Rc<T>;
 /// What renderers share where none leaves its thread, and each has for itself elsewhere.
 #[cfg(not(target_arch = "wasm32"))]
-pub(super) type Shared<T> = Box<T>;
+pub(super) type SharedBox<T> = Box<T>;
 
 /// The programs and pipelines that renderers on one device share.
 #[cfg(target_arch = "wasm32")]
 #[derive(Clone)]
 pub struct Pipelines {
-    shaders: Shared<Shaders>,
-    of_surfaces: Shared<SurfacePipelines>,
+    shaders: SharedBox<Shaders>,
+    of_surfaces: SharedBox<SurfacePipelines>,
 }
 
 #[cfg(target_arch = "wasm32")]

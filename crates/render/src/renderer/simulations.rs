@@ -4,7 +4,7 @@ use super::Renderer;
 use crate::gpu::Gpu;
 use crate::passes::particles::ParticlesDraw;
 use crate::request::RenderError;
-use crate::simulation::{Moving, Running, SimulationProgress, SimulationReport};
+use crate::simulation::{RunningSimulation, SimulationInputs, SimulationProgress, SimulationReport};
 use manypass_scene::Scene;
 use manypass_scene::particles::{Particles, SYSTEMS_MAX};
 use manypass_scene::simulation::{Place, SIMULATIONS_MAX, SimulatedImage, Simulation};
@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// What the renderer keeps of simulations, in the order of the scene.
 #[derive(Debug, Default)]
 pub(super) struct SimulationState {
-    running: Vec<Running>,
+    running: Vec<RunningSimulation>,
     /// How many of them are the scene's own; the others move its particles.
     own: usize,
 }
@@ -27,7 +27,7 @@ impl SimulationState {
 
     /// Bytes of all states and pictures.
     pub fn bytes(&self) -> u64 {
-        self.running.iter().map(Running::bytes).sum()
+        self.running.iter().map(RunningSimulation::bytes).sum()
     }
 
     /// Makes what the scene has and is not there yet, and drops what it no longer has. True if pictures are others now.
@@ -42,14 +42,14 @@ impl SimulationState {
             is_new |= same.is_none();
             self.running.push(match same {
                 Some(running) => running,
-                None => Running::new(gpu, simulation, size_m, self.bytes())?,
+                None => RunningSimulation::new(gpu, simulation, size_m, self.bytes())?,
             });
         }
         Ok(is_new)
     }
 
     fn pictures(&self) -> BTreeMap<SimulatedImage, wgpu::TextureView> {
-        let of = |(simulation, running): (usize, &Running)| {
+        let of = |(simulation, running): (usize, &RunningSimulation)| {
             let pictures = running.pictures().map(|(name, view)| (name.clone(), view.clone()));
             pictures.map(|(picture, view)| (SimulatedImage { simulation, picture }, view)).collect::<Vec<_>>()
         };
@@ -182,7 +182,7 @@ impl Renderer {
                 Some(_) => (Place::default(), Vec::new()),
                 None => (scene.place_of_simulation(index), scene.bodies_of_simulation(index)),
             };
-            let moving = Moving {
+            let moving = SimulationInputs {
                 place,
                 bodies,
                 posed: scene.posed,

@@ -15,7 +15,7 @@ use crate::draws::Tile;
 use crate::frame;
 use crate::gpu::Gpu;
 use crate::passes::adaptive;
-use crate::record::{Frame, Legends, PreparedView, Recorder, Scrubbed};
+use crate::record::{Frame, Legends, PreparedView, Recorder, ScrubMasks};
 use crate::request::{FrameStats, RenderError};
 use manypass_graph::{Executor, Export, Limits, Plan, Run, RunOptions};
 
@@ -60,7 +60,7 @@ impl Renderer {
         self.copy_surroundings(&prepared, &mut next, &mut encoder);
         let particles = self.simulations.particles(prepared.scene.scene);
         let features = SceneFeatures::new(&prepared, particles, &next.surroundings);
-        let notes = FrameNotes { scrubbed: Scrubbed::new(purpose.counts_scrubbed), ..FrameNotes::default() };
+        let notes = FrameNotes { scrubbed: ScrubMasks::new(purpose.counts_scrubbed), ..FrameNotes::default() };
         let frame = self.drawing.frame(&self.gpu, &self.resources, &prepared.scene.draws, &notes);
         let limits = limits_of(&self.gpu);
         let RecordedFrame { graph, plan, views: exported, exports, light_draws } =

@@ -2,7 +2,7 @@
 //! the texels of probes beside those of the environment.
 
 use super::Renderer;
-use super::part::{Part, settings_of};
+use super::part::{PlannedView, settings_of};
 use super::probe_lighting::ProbeLighting;
 use super::probes::{PlacedProbes, ProbeTexels};
 use super::view_kind::{CapturedLight, Drawing, SideView, ViewKind};
@@ -54,7 +54,7 @@ pub(super) struct SurroundingsState {
     /// What lit live probes when frames last looked around them.
     probe_lighting: Option<Arc<ProbeLighting>>,
     /// What each slot shows, and with which pre-exposure it was drawn.
-    drawn: [Option<Drawn>; SURROUNDINGS_MAX],
+    drawn: [Option<CapturedSurroundings>; SURROUNDINGS_MAX],
     /// Whether the texture has no room for the probes of the last frame.
     pub lacks_probes: bool,
     /// Counts frames.
@@ -62,7 +62,7 @@ pub(super) struct SurroundingsState {
 }
 
 #[derive(Clone, Debug)]
-struct Drawn {
+struct CapturedSurroundings {
     of: Surroundings,
     pre_exposure: f32,
     frame: u64,
@@ -223,7 +223,7 @@ impl Renderer {
         scene: &Scene,
         request: &FrameRequest,
         state: &mut SurroundingsState,
-    ) -> Result<Vec<Part>, RenderError> {
+    ) -> Result<Vec<PlannedView>, RenderError> {
         let (mut parts, mut due) = (Vec::new(), Vec::new());
         if scene.surroundings.is_empty() {
             return Ok(parts);
@@ -249,7 +249,7 @@ impl Renderer {
             }
             if let Some(drawn) = state.drawn.get_mut(index) {
                 let pre_exposure = request.pre_exposure();
-                *drawn = Some(Drawn { of: of.clone(), pre_exposure, frame: state.frame });
+                *drawn = Some(CapturedSurroundings { of: of.clone(), pre_exposure, frame: state.frame });
             }
             due.push((index, of));
         }
@@ -263,7 +263,7 @@ impl Renderer {
                     let side = SideView { bounce, index: *index, face };
                     let of_place = (of.layers, of.quality.as_deref());
                     let asked = side_request((of.position_world, face), of_place, FACE_SIDE, request)?;
-                    parts.push(Part::new(name, asked, kind_of(side)));
+                    parts.push(PlannedView::new(name, asked, kind_of(side)));
                 }
             }
         }

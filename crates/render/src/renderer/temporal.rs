@@ -15,7 +15,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug)]
 pub(super) struct LastFrame {
     pose: Arc<Pose>,
-    shown: Arc<Shown>,
+    shown: Arc<FrameContent>,
     /// How many frames came before it.
     index: u32,
     pre_exposure: f32,
@@ -23,7 +23,7 @@ pub(super) struct LastFrame {
 
 /// What a frame shows, beside where everything is.
 #[derive(Debug)]
-struct Shown {
+struct FrameContent {
     settings: Settings,
     exposure: f32,
     light_subset: Option<(u32, u32)>,
@@ -38,7 +38,7 @@ struct Shown {
     scene_version: u64,
 }
 
-impl Shown {
+impl FrameContent {
     fn new(request: &FrameRequest, scene: &Scene, scene_version: u64) -> Self {
         Self {
             settings: request.settings.clone(),
@@ -128,7 +128,7 @@ impl TemporalRequest {
     pub fn kept(&self, request: &FrameRequest, scene: &Scene, scene_version: u64) -> LastFrame {
         let known = self.last.as_ref().map(|last| &last.shown);
         let known = known.filter(|shown| shown.is_of(request, scene, scene_version)).cloned();
-        let shown = known.unwrap_or_else(|| Arc::new(Shown::new(request, scene, scene_version)));
+        let shown = known.unwrap_or_else(|| Arc::new(FrameContent::new(request, scene, scene_version)));
         LastFrame { pose: self.pose.clone(), shown, index: self.index, pre_exposure: request.pre_exposure() }
     }
 }

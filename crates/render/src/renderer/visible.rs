@@ -9,7 +9,7 @@ use crate::draws::{DrawList, ListOf, WorldDraws};
 use crate::lens::SampleView;
 use crate::levels::Chooser;
 use crate::lights::{
-    self, ClusterLists, KeptLists, LeastLights, LightCulling, LightReaches, LightTable, ListsOf, TableOf,
+    self, CachedLists, ClusterLists, LeastLights, LightCulling, LightListInputs, LightReaches, LightTable, TableOf,
 };
 use crate::passes::debug::DebugView;
 use crate::render_settings::Path;
@@ -69,7 +69,7 @@ pub(super) struct VisibleSet {
     /// Whether tiles that are settled are left out once some are.
     pub is_adaptive: bool,
     /// Its lists of lights, and what of them had to be made.
-    pub lists: KeptLists,
+    pub lists: CachedLists,
     pub made: Option<(ClusterLists, LightReaches)>,
 }
 
@@ -121,9 +121,9 @@ impl Renderer {
         asked: &ViewRequest,
         (seen, range): (&SampleView, DepthRange),
         world: &mut FrameScene<'_>,
-        kept: Option<KeptLists>,
+        kept: Option<CachedLists>,
         stats: &mut FrameStats,
-    ) -> (KeptLists, Option<(ClusterLists, LightReaches)>) {
+    ) -> (CachedLists, Option<(ClusterLists, LightReaches)>) {
         let started = web_time::Instant::now();
         let ViewRequest { request, size, output_size, .. } = asked;
         let settings = &request.settings;
@@ -140,7 +140,7 @@ impl Renderer {
                 Path::ForwardBatched => has_blended,
                 Path::Gouraud => world.draws.has_layers,
             };
-        let of = ListsOf {
+        let of = LightListInputs {
             view: seen.camera,
             range,
             target: lights::Target {
@@ -178,7 +178,7 @@ impl Renderer {
                 }
                 made.append_decals(&of);
                 stats.light_lists_made += 1;
-                (KeptLists::new(table, of, &made, &reaches), Some((made, reaches)))
+                (CachedLists::new(table, of, &made, &reaches), Some((made, reaches)))
             }
         };
         stats.lights = stats.lights.max(lists.table.scene_lights());

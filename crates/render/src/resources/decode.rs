@@ -8,7 +8,7 @@ use manypass_scene::{BlockFormat, Blocks, HalfFloats, Heights, PixelFormat, Pixe
 use std::num::NonZeroU32;
 
 /// An image for the device, with what there is to say about it.
-pub(super) struct Decoded {
+pub(super) struct DecodedImage {
     pub chain: Option<MipChain>,
     pub warnings: Vec<String>,
 }
@@ -47,13 +47,13 @@ fn transcode(scene: &Scene, source: ImageSource, limits: Limits) -> Option<MipCh
     fits.then(|| MipChain::of_blocks(levels, format))
 }
 
-fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
+fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> DecodedImage {
     let mut warnings = Vec::new();
     if let Some(chain) = transcode(scene, source, limits) {
         if let ImageSource::Image { image, is_srgb } = source {
             warnings.extend(color_warning(scene, image, is_srgb));
         }
-        return Decoded { chain: Some(chain), warnings };
+        return DecodedImage { chain: Some(chain), warnings };
     }
     let (base, is_srgb) = match source {
         ImageSource::Layers { material: index, is_srgb } => {
@@ -71,7 +71,7 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
             };
             let decoded: Vec<_> = images.iter().map(decode).collect();
             warnings.extend(shrinking_warning(scene, index, is_srgb, &images, &decoded));
-            return Decoded { chain: layers(decoded, is_srgb), warnings };
+            return DecodedImage { chain: layers(decoded, is_srgb), warnings };
         }
         ImageSource::Light { image, encoding, direction } => {
             let light = decode_light(scene, (image, encoding), (limits, direction.is_some()), &mut warnings);
@@ -82,7 +82,7 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
                 }
                 None => baked::mip_chain(light),
             });
-            return Decoded { chain, warnings };
+            return DecodedImage { chain, warnings };
         }
         ImageSource::Image { image, is_srgb } => (decode_base(scene, image, is_srgb, limits, &mut warnings), is_srgb),
         ImageSource::Packed { occlusion, metallic_roughness } => {
@@ -97,7 +97,7 @@ fn decode(scene: &Scene, source: ImageSource, limits: Limits) -> Decoded {
         }
     };
     let chain = base.map(|base| MipChain::of(base, is_srgb));
-    Decoded { chain, warnings }
+    DecodedImage { chain, warnings }
 }
 
 /// An image no larger than `limits` have it; none, with a warning, if it cannot be decoded.
@@ -339,7 +339,7 @@ pub(super) fn decode_all(
     scene: &Scene,
     wanted: &[ImageSource],
     limits: Limits,
-    take: &mut dyn FnMut(ImageSource, Decoded),
+    take: &mut dyn FnMut(ImageSource, DecodedImage),
 ) {
     use std::sync::atomic::{AtomicUsize, Ordering};
     let next = AtomicUsize::new(0);
@@ -376,7 +376,7 @@ pub(super) fn decode_all(
     scene: &Scene,
     wanted: &[ImageSource],
     limits: Limits,
-    take: &mut dyn FnMut(ImageSource, Decoded),
+    take: &mut dyn FnMut(ImageSource, DecodedImage),
 ) {
     for key in wanted {
         take(*key, decode(scene, *key, limits));
@@ -410,7 +410,7 @@ mod tests {
         ] {
             let source =
                 ImageSource::Light { image: light, encoding: LightEncoding::Linear, direction: Some(direction) };
-            let Decoded { chain: Some(chain), warnings } = decode(&scene, source, limits) else {
+            let DecodedImage { chain: Some(chain), warnings } = decode(&scene, source, limits) else {
                 panic!("{light} {direction}");
             };
             assert_eq!(chain.levels.len(), 1);

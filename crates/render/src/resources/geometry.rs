@@ -143,14 +143,14 @@ pub(crate) struct Geometry {
 
 /// What the meshes that are yet to be placed need.
 #[derive(Clone, Copy, Debug, Default)]
-struct Expected {
+struct GeometryDemand {
     vertices: u64,
     skins: u64,
     indices: u64,
     displacements: u64,
 }
 
-impl Expected {
+impl GeometryDemand {
     fn of(mesh: &Mesh) -> Self {
         let of_primitive = |primitive: &Primitive| {
             let count = drawn_vertices(primitive) as u64;
@@ -172,7 +172,7 @@ pub(super) fn index_count(primitive: &Primitive) -> u64 {
     primitive.indices.len() as u64 + of_levels.sum::<u64>()
 }
 
-impl std::iter::Sum for Expected {
+impl std::iter::Sum for GeometryDemand {
     fn sum<I: Iterator<Item = Self>>(parts: I) -> Self {
         parts.fold(Self::default(), |sum, part| Self {
             vertices: sum.vertices + part.vertices,
@@ -263,16 +263,16 @@ impl Geometry {
             return None;
         }
         let mut known = self.keep(meshes);
-        let all: u64 = distinct(meshes).map(|mesh| Expected::of(mesh).displacements).sum();
-        let is_new = |known: &Known, mesh: &Arc<Mesh>| !known.contains_key(&Arc::as_ptr(mesh));
-        let mut expected: Expected =
-            distinct(meshes).filter(|mesh| is_new(&known, mesh)).map(|mesh| Expected::of(mesh)).sum();
+        let all: u64 = distinct(meshes).map(|mesh| GeometryDemand::of(mesh).displacements).sum();
+        let is_new = |known: &MeshIndex, mesh: &Arc<Mesh>| !known.contains_key(&Arc::as_ptr(mesh));
+        let mut expected: GeometryDemand =
+            distinct(meshes).filter(|mesh| is_new(&known, mesh)).map(|mesh| GeometryDemand::of(mesh)).sum();
         if !self.morphs.suits(expected.displacements, all) {
             // What is morphed moves to another table.
             let is_morphed = |mesh: &GpuMesh| mesh.primitives.iter().any(|primitive| primitive.morph_count > 0);
             known.extract_if(|_, mesh| is_morphed(mesh)).for_each(|(_, mesh)| self.give_back(&mesh));
             self.morphs.begin(&gpu.device, all);
-            expected = distinct(meshes).filter(|mesh| is_new(&known, mesh)).map(|mesh| Expected::of(mesh)).sum();
+            expected = distinct(meshes).filter(|mesh| is_new(&known, mesh)).map(|mesh| GeometryDemand::of(mesh)).sum();
         }
         let mut written_bytes = 0;
         self.meshes = Vec::with_capacity(meshes.len());
@@ -305,9 +305,9 @@ impl Geometry {
     }
 
     /// Takes the meshes out, those that are no longer wanted for good.
-    fn keep(&mut self, wanted: &[Arc<Mesh>]) -> Known {
+    fn keep(&mut self, wanted: &[Arc<Mesh>]) -> MeshIndex {
         let wanted: HashSet<*const Mesh> = wanted.iter().map(Arc::as_ptr).collect();
-        let mut known: Known = self.meshes.drain(..).map(|mesh| (mesh.source.as_ptr(), mesh)).collect();
+        let mut known: MeshIndex = self.meshes.drain(..).map(|mesh| (mesh.source.as_ptr(), mesh)).collect();
         known.extract_if(|source, _| !wanted.contains(source)).for_each(|(_, mesh)| self.give_back(&mesh));
         known
     }
@@ -329,7 +329,7 @@ impl Geometry {
         &mut self,
         gpu: &Gpu,
         mesh: &Arc<Mesh>,
-        expected: &mut Expected,
+        expected: &mut GeometryDemand,
         turns: &mut Turns<'_>,
     ) -> (GpuMesh, u64) {
         let source = Arc::downgrade(mesh);
@@ -373,7 +373,7 @@ impl Geometry {
         gpu: &Gpu,
         primitive: &Primitive,
         placed: &mut GpuPrimitive,
-        expected: &mut Expected,
+        expected: &mut GeometryDemand,
         turns: &mut Turns<'_>,
     ) {
         let first = if placed.is_bound_apart() { 0 } else { placed.vertices.units.start };
@@ -392,7 +392,7 @@ impl Geometry {
         &mut self,
         gpu: &Gpu,
         primitive: &Primitive,
-        expected: &mut Expected,
+        expected: &mut GeometryDemand,
         turns: &mut Turns<'_>,
     ) -> Option<GpuPrimitive> {
         let (device, queue) = (&gpu.device, &gpu.queue);
@@ -458,7 +458,7 @@ impl Geometry {
 }
 
 /// What is on the device, by what it was made from.
-type Known = HashMap<*const Mesh, Arc<GpuMesh>>;
+type MeshIndex = HashMap<*const Mesh, Arc<GpuMesh>>;
 
 /// Every mesh once.
 fn distinct(meshes: &[Arc<Mesh>]) -> impl Iterator<Item = &Arc<Mesh>> {

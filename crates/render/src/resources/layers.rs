@@ -1,7 +1,7 @@
 //! What the layers of a material are on the device: which there are, their factors, and where their maps lie.
 
 use super::packing::{ImageSource, layer_image, layer_images, light_map};
-use super::textures::{Sampled, Textures};
+use super::textures::{SampledTexture, Textures};
 use crate::constants::{
     LAYER_ANISOTROPY, LAYER_BUMP, LAYER_CLEARCOAT, LAYER_DIFFUSE_TRANSMISSION, LAYER_DISPERSION, LAYER_GLOSSINESS,
     LAYER_IRIDESCENCE, LAYER_LIGHT_MAP, LAYER_PARALLAX, LAYER_SELF_SHADOW, LAYER_SHEEN, LAYER_STEPS,
@@ -113,9 +113,9 @@ pub(crate) struct Layers {
     /// Their factors.
     pub factors: LayerFactors,
     /// Their maps that are data, and those that are colours.
-    pub textures: [Sampled; 2],
+    pub textures: [SampledTexture; 2],
     /// Light that was baked.
-    pub light_map: Sampled,
+    pub light_map: SampledTexture,
     /// Whether that has where it comes from below it.
     pub has_light_directions: bool,
 }
@@ -372,7 +372,7 @@ fn factors(material: &Material) -> LayerFactors {
 mod tests {
     use super::*;
     use crate::shader::layout::assert_same_layout;
-    use manypass_scene::Mapped;
+    use manypass_scene::TexturedFactor;
     use manypass_scene::material::{Clearcoat, Specular, Volume};
 
     #[test]
@@ -383,11 +383,11 @@ mod tests {
         assert!((through - 0.9143 * 0.9143).abs() < 1e-3, "{through}");
         assert!((share_through(&clear, 0.5) - 0.5 * through).abs() < 1e-6);
         assert_eq!(share_through(&Material { metallic_factor: 1.0, ..clear.clone() }, 1.0), 0.0);
-        let unseen = Some(Specular { weight: Mapped::new(0.0), ..Specular::default() });
+        let unseen = Some(Specular { weight: TexturedFactor::new(0.0), ..Specular::default() });
         assert_eq!(share_through(&Material { specular: unseen, ..clear.clone() }, 1.0), 1.0);
         // After twice the distance a quarter of red and 0.01 of the others are left, of a base colour that has no blue.
         let volume = Volume {
-            thickness: Mapped::new(2.0),
+            thickness: TexturedFactor::new(2.0),
             attenuation_distance_m: 1.0,
             attenuation_color: Vec3::new(0.5, 0.1, 0.1),
         };
@@ -395,7 +395,7 @@ mod tests {
         let dyed = share_through(&Material { volume: Some(volume), base_color_factor, ..clear.clone() }, 1.0);
         assert!((dyed - through * 0.255 / 1.5).abs() < 1e-4, "{dyed}");
         // What absorbs nothing has an infinite distance.
-        let open = Volume { thickness: Mapped::new(2.0), ..Volume::default() };
+        let open = Volume { thickness: TexturedFactor::new(2.0), ..Volume::default() };
         assert_eq!(share_through(&Material { volume: Some(open), ..clear }, 1.0), through);
     }
 
@@ -429,20 +429,20 @@ mod tests {
         // Nothing comes through, so that there is no inside.
         assert_eq!(needed(&Material { volume: Some(Volume::default()), dispersion: 1.0, ..plain.clone() }), 0);
         let coat = Clearcoat {
-            weight: Mapped::new(1.0),
-            roughness: Mapped::new(0.0),
+            weight: TexturedFactor::new(1.0),
+            roughness: TexturedFactor::new(0.0),
             normal_texture: None,
             normal_scale: 1.0,
         };
         let coated = Material { clearcoat: Some(coat), ..plain.clone() };
         assert_eq!(needed(&coated), LAYER_CLEARCOAT);
         assert_eq!(needed(&Material { shading_model: ShadingModel::Unlit, ..coated.clone() }), 0);
-        let half = Specular { weight: Mapped::new(0.5), ..Specular::default() };
+        let half = Specular { weight: TexturedFactor::new(0.5), ..Specular::default() };
         assert_eq!(needed(&Material { specular: Some(half), ..plain.clone() }), LAYER_SPECULAR);
         assert_eq!(needed(&Material { ior: 0.0, ..plain.clone() }), LAYER_SPECULAR);
-        let glass = Material { transmission: Some(Mapped::new(1.0)), dispersion: 1.0, ..plain.clone() };
+        let glass = Material { transmission: Some(TexturedFactor::new(1.0)), dispersion: 1.0, ..plain.clone() };
         assert_eq!(layer_names(&glass), ["transmission"]);
-        let thickness = Mapped::new(1.0);
+        let thickness = TexturedFactor::new(1.0);
         let glass = Material { volume: Some(Volume { thickness, ..Volume::default() }), ..glass };
         assert_eq!(layer_names(&glass), ["transmission", "volume", "dispersion"]);
         assert!(layer_names(&plain).is_empty());

@@ -4,7 +4,7 @@ use super::filtering::Sampling;
 use super::layers::{FactorsOf, LayerFactors, Layers, SHADED_WHERE_DRAWN, f0_of_ior, share_through};
 use super::packing::{ImageSource, shared_texel};
 use super::pages::{Pages, Place};
-use super::textures::{Sampled, Textures};
+use super::textures::{SampledTexture, Textures};
 use crate::constants::{
     LAYER_CLEARCOAT, LAYER_GLOSSINESS, LAYER_LIGHT_MAP, LAYER_TRANSMISSION, SHADING_MODEL_COATED_ROUGH,
     SHADING_MODEL_COATED_SMOOTH, SHADING_MODEL_UNTRACED,
@@ -96,7 +96,7 @@ pub(crate) struct GpuMaterial {
     place: Place,
     /// Where the factors of its layers are, and what they are there, if it has any.
     placed_layers: Option<(Place, LayerFactors)>,
-    described: Described,
+    described: MaterialDescription,
     bind_groups: RefCell<Vec<(BindGroupKey, wgpu::BindGroup)>>,
 }
 
@@ -123,12 +123,12 @@ impl GpuMaterial {
 
 /// What a material is for shaders and pipelines.
 #[derive(Clone, Debug)]
-pub(crate) struct Described {
+pub(crate) struct MaterialDescription {
     pub(super) factors: MaterialFactors,
     /// What the textures are made from.
     pub(super) sources: [Option<ImageSource>; 5],
     /// Base colour, metallic-roughness, normal, occlusion, emissive.
-    pub textures: [Sampled; 5],
+    pub textures: [SampledTexture; 5],
     /// What the G-buffer does not hold; its surfaces are shaded where they are drawn.
     pub layers: Option<Box<Layers>>,
     /// Whether any texture but the normal map is used.
@@ -156,9 +156,9 @@ pub(crate) struct Described {
 }
 
 impl std::ops::Deref for GpuMaterial {
-    type Target = Described;
+    type Target = MaterialDescription;
 
-    fn deref(&self) -> &Described {
+    fn deref(&self) -> &MaterialDescription {
         &self.described
     }
 }
@@ -202,7 +202,7 @@ impl Materials {
         }
         self.warnings.clear();
         for (index, material) in scene.materials.iter().chain([&default]).enumerate() {
-            let mut described = Described::of(scene, material, index, textures);
+            let mut described = MaterialDescription::of(scene, material, index, textures);
             if described.make_numbers() {
                 let name = &material.name;
                 self.warnings
@@ -213,7 +213,7 @@ impl Materials {
                     if bytemuck::bytes_of(&known.described.factors) != bytemuck::bytes_of(&described.factors) {
                         self.pages.write(&gpu.queue, &known.place, [described.factors]);
                     }
-                    let layer_textures = |described: &Described| {
+                    let layer_textures = |described: &MaterialDescription| {
                         described.layers.as_ref().map(|layers| (layers.textures.clone(), layers.light_map.clone()))
                     };
                     if known.described.textures != described.textures
@@ -306,7 +306,7 @@ fn made_numbers<T: Pod>(factors: &mut T) -> bool {
     is_wrong
 }
 
-impl Described {
+impl MaterialDescription {
     /// Whether its surface or the coat over it may be as smooth as that somewhere; maps may say anything.
     pub fn may_be_smooth(&self, roughness: f32) -> bool {
         let is_coated = self.layers.as_ref().is_some_and(|layers| layers.bits & LAYER_CLEARCOAT != 0);
@@ -353,9 +353,7 @@ impl Described {
         let is_there = |slot: usize| slots[slot].1.is_some();
         let maps = slots.each_ref().map(|(reference, sampled)| reference.filter(|_| sampled.is_some()));
         let uv_rows = uv_rows_of(maps, material.tangent_uv_set().unwrap_or(0));
-        let as_it_is = uv_rows_of([None; 5], 0);
         let is_dark = material.emissive_texture.is_some() && !is_there(4);
-        let masked = matches!(material.alpha_mode, AlphaMode::Mask { .. });
         let blended = material.alpha_mode == AlphaMode::Blend;
         let has_layer = |bits: u32| layers.as_ref().is_some_and(|layers| layers.bits & bits != 0);
         let transmission = material.transmission.filter(|_| has_layer(LAYER_TRANSMISSION));
@@ -394,10 +392,7 @@ impl Described {
         if !occlusion_apart {
             textures[3] = white;
         }
-        let double_sided = material.double_sided;
         let emits = factors.emissive.max_element() > 0.0;
-        let unlit = material.shading_model == ShadingModel::Unlit;
-        let casts_shadow = material.casts_shadow;
         let is_baked = has_layer(LAYER_LIGHT_MAP);
         Self {
             factors,
@@ -407,13 +402,13 @@ impl Described {
             textured,
             occlusion_apart,
             normal_map,
-            places_uvs: uv_rows != as_it_is,
-            masked,
+            places_uvs: uv_rows != uv_rows_of([None; 5], 0),
+            masked: matches!(material.alpha_mode, AlphaMode::Mask { .. }),
             blended,
-            double_sided,
+            double_sided: material.double_sided,
             emits,
-            unlit,
-            casts_shadow,
+            unlit: material.shading_model == ShadingModel::Unlit,
+            casts_shadow: material.casts_shadow,
             is_baked,
         }
     }
@@ -445,14 +440,14 @@ fn uv_rows_of(maps: [Option<TextureRef>; 5], tangent_uv_set: u32) -> [Vec4; 10] 
 mod tests {
     use super::*;
     use crate::shader::layout::assert_same_layout;
-    use manypass_scene::Mapped;
+    use manypass_scene::TexturedFactor;
     use manypass_scene::material::Clearcoat;
 
     #[test]
     fn a_byte_of_the_gbuffer_tells_how_rough_a_coat_is() {
         for roughness in [0.0, 0.1, 0.37, 0.5, 1.0] {
-            let coat =
-                Clearcoat { weight: Mapped::new(1.0), roughness: Mapped::new(roughness), ..Clearcoat::default() };
+            let [weight, roughness_factor] = [1.0, roughness].map(TexturedFactor::new);
+            let coat = Clearcoat { weight, roughness: roughness_factor, ..Clearcoat::default() };
             let material = Material { clearcoat: Some(coat), ..Material::default() };
             let byte = (shading_model_of(&material, LAYER_CLEARCOAT) * 255.0).round() / 255.0;
             let range = SHADING_MODEL_COATED_ROUGH - SHADING_MODEL_COATED_SMOOTH;

@@ -9,7 +9,7 @@ const POINTS_MIN: usize = 1024;
 const TRIANGLES_MAX: usize = 4096;
 
 /// A texture on a surface.
-pub(super) struct Laid<'t> {
+pub(super) struct SurfaceTexture<'t> {
     /// A small mip of it.
     pub texels: &'t Pixels,
     pub is_srgb: bool,
@@ -18,7 +18,7 @@ pub(super) struct Laid<'t> {
     pub rows: [Vec4; 2],
 }
 
-impl Laid<'_> {
+impl SurfaceTexture<'_> {
     /// The linear texel at UVs of the surface.
     fn texel(&self, uvs: [Vec2; 2]) -> Vec4 {
         let [row0, row1] = self.rows;
@@ -49,7 +49,7 @@ fn texel_of(coordinate: f32, size: u32, wrap: Wrap) -> u32 {
 /// there. None of points and lines, and where there is no area.
 pub(super) fn means<const N: usize>(
     primitive: &Primitive,
-    textures: &[Option<Laid<'_>>; N],
+    textures: &[Option<SurfaceTexture<'_>>; N],
 ) -> Option<([Vec4; N], f32)> {
     if primitive.topology != Topology::Triangles {
         return None;
@@ -106,7 +106,7 @@ mod tests {
             quad.uv0 = vec![[0.0, 0.0], [width, 0.0], [width, 1.0], [0.0, 1.0]];
             let rows = [Vec4::new(scale, 0.0, 0.0, 0.0), Vec4::Y];
             let sampler = Sampler { wrap_u, ..Sampler::default() };
-            let laid = Laid { texels: &texels, is_srgb: true, sampler, rows };
+            let laid = SurfaceTexture { texels: &texels, is_srgb: true, sampler, rows };
             let ([mean, white], area) = means(&quad, &[Some(laid), None]).unwrap();
             assert!((area - 1.0).abs() < 1e-6 && white == Vec4::ONE);
             mean

@@ -31,7 +31,7 @@ pub(crate) use packing::monitors_of;
 pub(crate) use pages::Place;
 pub(crate) use reduced::ReducedMaterials;
 pub use settings::TextureSettings;
-pub(crate) use textures::{Sampled, Textures, monitor_desc, monitor_fits};
+pub(crate) use textures::{SampledTexture, Textures, monitor_desc, monitor_fits};
 use vertices::is_deformed;
 pub(crate) use vertices::{ATTRIBUTES, ATTRIBUTES_WITHOUT_SKINS, Instance, STRIDES, copies};
 
@@ -94,7 +94,7 @@ pub(crate) struct SceneResources {
 
 /// What [`SceneResources::follow`] did.
 #[derive(Clone, Copy, Debug, Default)]
-pub(crate) struct Followed {
+pub(crate) struct ResourceChanges {
     /// Bytes that were uploaded.
     pub written_bytes: u64,
     /// Whether a mesh, a material or a texture is another one, though nothing of it had to be uploaded.
@@ -179,11 +179,14 @@ impl SceneResources {
         scene: &'m Scene,
         computed: impl Iterator<Item = &'m Arc<EnvironmentMap>> + Clone,
         cache: Option<&dyn Cache>,
-    ) -> Followed {
+    ) -> ResourceChanges {
         let geometry_bytes = self.geometry.follow(gpu, &scene.meshes);
         let are_others = std::mem::take(&mut self.meshes_went_ahead) || geometry_bytes.is_some();
-        let mut followed =
-            Followed { written_bytes: geometry_bytes.unwrap_or(0), has_changed: are_others, has_moved: are_others };
+        let mut followed = ResourceChanges {
+            written_bytes: geometry_bytes.unwrap_or(0),
+            has_changed: are_others,
+            has_moved: are_others,
+        };
         if are_others {
             self.reduced.forget_meshes();
         }

@@ -26,7 +26,7 @@ struct Page {
 
 /// What is written, but not handed to the device yet.
 #[derive(Debug)]
-struct Pending {
+struct PendingWrite {
     page: usize,
     offset_bytes: u64,
     bytes: Vec<u8>,
@@ -39,7 +39,7 @@ pub(crate) struct Pages {
     usage: wgpu::BufferUsages,
     unit_bytes: u64,
     pages: Vec<Option<Page>>,
-    pending: Option<Pending>,
+    pending: Option<PendingWrite>,
     written_bytes: u64,
     staged_bytes: usize,
 }
@@ -98,13 +98,13 @@ impl Pages {
         values: impl IntoIterator<Item = T>,
     ) {
         let offset_bytes = u64::from(place.units.start) * self.unit_bytes;
-        let end_bytes = |pending: &Pending| pending.offset_bytes + pending.bytes.len() as u64;
-        let follows = |pending: &Pending| (pending.page, end_bytes(pending)) == (place.page, offset_bytes);
+        let end_bytes = |pending: &PendingWrite| pending.offset_bytes + pending.bytes.len() as u64;
+        let follows = |pending: &PendingWrite| (pending.page, end_bytes(pending)) == (place.page, offset_bytes);
         if !self.pending.as_ref().is_some_and(follows) {
             self.flush(queue);
         }
         let mut pending =
-            self.pending.take().unwrap_or_else(|| Pending { page: place.page, offset_bytes, bytes: Vec::new() });
+            self.pending.take().unwrap_or_else(|| PendingWrite { page: place.page, offset_bytes, bytes: Vec::new() });
         for value in values {
             if pending.bytes.len() + size_of::<T>() > WRITE_BYTES {
                 let offset_bytes = end_bytes(&pending);
@@ -143,7 +143,7 @@ impl Pages {
         }
     }
 
-    fn hand_over(&mut self, queue: &wgpu::Queue, pending: &mut Pending) {
+    fn hand_over(&mut self, queue: &wgpu::Queue, pending: &mut PendingWrite) {
         if let Some(Some(page)) = self.pages.get(pending.page) {
             pending.bytes.resize(pending.bytes.len().next_multiple_of(wgpu::COPY_BUFFER_ALIGNMENT as usize), 0);
             queue.write_buffer(&page.buffer, pending.offset_bytes, &pending.bytes);

@@ -6,9 +6,9 @@ use super::materials::{
     GpuMaterial, MaterialFactors, Materials, SHADING_MODEL_BAKED, SHADING_MODEL_STANDARD, UNIFORM_ALIGNMENT_BYTES,
     binding, is_shaded_where_drawn,
 };
-use super::means::{Laid, means};
+use super::means::{SurfaceTexture, means};
 use super::pages::{Pages, Place};
-use super::textures::{Sampled, Textures};
+use super::textures::{SampledTexture, Textures};
 use crate::gpu::Gpu;
 use glam::{Vec3, Vec4};
 use manypass_scene::{Material, Scene};
@@ -26,20 +26,20 @@ const DIFFERENCE_MAX: f32 = 0.05;
 
 /// Of one material.
 #[derive(Debug, Default)]
-struct Reduced {
+struct MaterialMeans {
     /// What the means are of.
-    made_of: Option<([Sampled; 5], [Vec4; 10])>,
+    made_of: Option<([SampledTexture; 5], [Vec4; 10])>,
     /// Means over each of its surfaces, and over all together.
     means: Option<(Means, Vec<(Surface, Means)>)>,
     /// Surfaces that show other parts of the textures than most.
     unlike: HashSet<Surface>,
-    plain: Option<Placed>,
-    untextured: Option<Placed>,
+    plain: Option<PlacedFactors>,
+    untextured: Option<PlacedFactors>,
 }
 
 /// Factors on the device.
 #[derive(Debug)]
-struct Placed {
+struct PlacedFactors {
     place: Place,
     factors: MaterialFactors,
 }
@@ -48,7 +48,7 @@ struct Placed {
 #[derive(Debug)]
 pub(crate) struct ReducedMaterials {
     pages: Pages,
-    materials: Vec<Reduced>,
+    materials: Vec<MaterialMeans>,
     /// The surfaces of each material.
     surfaces: Option<HashMap<usize, Vec<Surface>>>,
     is_current: bool,
@@ -86,7 +86,7 @@ impl ReducedMaterials {
         for dropped in self.materials.drain(count.min(self.materials.len())..) {
             dropped.plain.iter().chain(&dropped.untextured).for_each(|placed| self.pages.give_back(&placed.place));
         }
-        self.materials.resize_with(count, Reduced::default);
+        self.materials.resize_with(count, MaterialMeans::default);
         let surfaces = self.surfaces.take().unwrap_or_else(|| surfaces_of(scene));
         for (index, (material, reduced)) in scene.materials.iter().zip(&mut self.materials).enumerate() {
             let whole = materials.get(index);
@@ -134,7 +134,7 @@ impl ReducedMaterials {
     }
 }
 
-impl Reduced {
+impl MaterialMeans {
     /// The means of the textures of a material, if it has some that can be left out.
     fn follow_means(&mut self, scene: &Scene, whole: &GpuMaterial, textures: &Textures, surfaces: &[Surface]) {
         let is_wanted = whole.textured && !whole.masked && !whole.blended && !whole.is_baked;
@@ -162,7 +162,7 @@ impl Reduced {
 fn place(
     gpu: &Gpu,
     pages: &mut Pages,
-    (known, factors): (&mut Option<Placed>, Option<MaterialFactors>),
+    (known, factors): (&mut Option<PlacedFactors>, Option<MaterialFactors>),
     expected: u64,
 ) -> bool {
     let Some(factors) = factors else {
@@ -179,7 +179,7 @@ fn place(
     }
     let Some(place) = pages.take(&gpu.device, 1, expected) else { return false };
     pages.write(&gpu.queue, &place, [factors]);
-    *known = Some(Placed { place, factors });
+    *known = Some(PlacedFactors { place, factors });
     true
 }
 
@@ -227,7 +227,7 @@ fn means_of(
         let is_srgb = source.is_srgb();
         // Without the mean of one the others are of no use; but normals have none.
         *laid = match textures.coarse(scene, source) {
-            Some(texels) => Some(Laid { texels, is_srgb, sampler: whole.textures[slot].1, rows }),
+            Some(texels) => Some(SurfaceTexture { texels, is_srgb, sampler: whole.textures[slot].1, rows }),
             None if slot == 2 => None,
             None => return None,
         };

@@ -1,10 +1,10 @@
 //! Textures on the device: those that materials use, by the images that they are made from.
 
-use super::decode::{Decoded, Limits, decode_all};
+use super::decode::{DecodedImage, Limits, decode_all};
 use super::filtering::Sampling;
 use super::mips::{MipChain, Texels};
 use super::packing::{ImageSource, layer_images, wanted};
-use super::{Followed, STAGED_BYTES, WRITE_BYTES};
+use super::{ResourceChanges, STAGED_BYTES, WRITE_BYTES};
 use crate::gpu::{Gpu, destroy};
 use manypass_graph::TextureDesc;
 use manypass_scene::capture::MONITOR_SIDE_MAX;
@@ -19,7 +19,7 @@ use std::sync::{Arc, Weak};
 
 /// An image's place in memory. As long as somebody holds on to it no other image takes the place.
 #[derive(Clone, Debug)]
-enum Held {
+enum ImageHold {
     Encoded { _held: Weak<[u8]> },
     Pixels { _held: Weak<Pixels> },
 }
@@ -28,7 +28,7 @@ enum Held {
 pub(crate) type Address = usize;
 
 /// A texture, and what it is sampled with.
-pub(crate) type Sampled = (wgpu::TextureView, Sampler);
+pub(crate) type SampledTexture = (wgpu::TextureView, Sampler);
 
 /// What tells two textures apart.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -61,7 +61,7 @@ enum Content {
 }
 
 #[derive(Debug, Default)]
-struct Uploaded {
+struct TextureUpload {
     /// None if the image cannot be decoded.
     view: Option<wgpu::TextureView>,
     /// Its first mip of at most [`COARSE_SIDE`] texels a side, unless it is compressed or has layers.
@@ -69,7 +69,7 @@ struct Uploaded {
     bytes: u64,
     warnings: Vec<String>,
     /// The images that it was made from.
-    _made_from: Vec<Held>,
+    _made_from: Vec<ImageHold>,
 }
 
 /// What is known of a texture beside the device: fine enough to tell parts of it apart, and 1 KiB.
@@ -82,7 +82,7 @@ pub(crate) struct Textures {
     white: wgpu::TextureView,
     /// The same as a texture of one layer.
     white_layer: wgpu::TextureView,
-    uploaded: BTreeMap<Content, Uploaded>,
+    uploaded: BTreeMap<Content, TextureUpload>,
     /// The pictures of simulations.
     simulated: BTreeMap<SimulatedImage, wgpu::TextureView>,
     /// Whether any of them took the place of another one.
@@ -127,7 +127,7 @@ impl Textures {
 
     /// Uploads every image that a material uses and that is not there yet, and gives back those that none uses any
     /// more.
-    pub fn follow(&mut self, gpu: &Gpu, scene: &Scene) -> Followed {
+    pub fn follow(&mut self, gpu: &Gpu, scene: &Scene) -> ResourceChanges {
         let started = web_time::Instant::now();
         let all: Vec<(ImageSource, Content)> =
             wanted(scene).into_iter().filter_map(|source| Some((source, content_of(scene, source)?))).collect();
@@ -158,12 +158,12 @@ impl Textures {
         for content in new.keys().filter(|content| is_monitor(content)) {
             if let Content::Monitor { image, size } = *content {
                 let name = scene.images.get(image).map_or("", |image| &image.name);
-                self.uploaded.insert(content.clone(), Uploaded::of_monitor(gpu, name, size));
+                self.uploaded.insert(content.clone(), TextureUpload::of_monitor(gpu, name, size));
             }
         }
         for content in new.keys() {
             if let Content::Simulation(image) = content {
-                let uploaded = Uploaded { view: self.simulated.get(image).cloned(), ..Uploaded::default() };
+                let uploaded = TextureUpload { view: self.simulated.get(image).cloned(), ..TextureUpload::default() };
                 self.uploaded.insert(content.clone(), uploaded);
             }
         }
@@ -173,7 +173,7 @@ impl Textures {
         // What takes longest comes first, so that no thread is left alone with it at the end.
         let bytes_of = |image: &usize| scene.images.get(*image).map_or(0, |image| image.source.bytes());
         sources.sort_by_key(|source| (Reverse(source.images(scene).iter().map(bytes_of).sum::<u64>()), *source));
-        decode_all(scene, &sources, limits, &mut |source, Decoded { chain, warnings }| {
+        decode_all(scene, &sources, limits, &mut |source, DecodedImage { chain, warnings }| {
             let Some(content) = content_of(scene, source) else { return };
             let started = web_time::Instant::now();
             let images = source.images(scene);
@@ -182,12 +182,12 @@ impl Textures {
             let bytes = chain.iter().flat_map(|chain| &chain.levels).map(|level| level.data.len() as u64).sum();
             let coarse = chain.as_ref().filter(|_| !source.has_layers()).and_then(coarse_of);
             let _made_from = images.iter().filter_map(|image| Some(texels_of(scene, *image)?.1)).collect();
-            self.uploaded.insert(content, Uploaded { view, coarse, bytes, warnings, _made_from });
+            self.uploaded.insert(content, TextureUpload { view, coarse, bytes, warnings, _made_from });
             written_bytes += bytes;
             upload_ms += started.elapsed().as_secs_f64() * 1e3;
         });
         self.decode_ms = (started.elapsed().as_secs_f64() * 1e3 - upload_ms).max(0.0);
-        Followed { written_bytes, has_changed: true, has_moved }
+        ResourceChanges { written_bytes, has_changed: true, has_moved }
     }
 
     /// What could not be decoded.
@@ -264,7 +264,7 @@ impl Textures {
     }
 }
 
-impl Uploaded {
+impl TextureUpload {
     /// The texture that a monitor's picture is drawn into, dark at first; none where it has a size that is none.
     fn of_monitor(gpu: &Gpu, name: &str, size: (u32, u32)) -> Self {
         let (most, is_possible) = (monitor_side_max(gpu), monitor_fits(gpu, size));
@@ -326,12 +326,12 @@ pub(crate) fn address_of(image: &manypass_scene::Image) -> Address {
     }
 }
 
-fn texels_of(scene: &Scene, image: usize) -> Option<(Address, Held)> {
+fn texels_of(scene: &Scene, image: usize) -> Option<(Address, ImageHold)> {
     use manypass_scene::image::ImageSource as Source;
     let image = scene.images.get(image)?;
     let texels = match &image.source {
-        Source::Encoded(bytes) => Held::Encoded { _held: Arc::downgrade(bytes) },
-        Source::Pixels(pixels) => Held::Pixels { _held: Arc::downgrade(pixels) },
+        Source::Encoded(bytes) => ImageHold::Encoded { _held: Arc::downgrade(bytes) },
+        Source::Pixels(pixels) => ImageHold::Pixels { _held: Arc::downgrade(pixels) },
         Source::Loading(_) | Source::Monitor(_) | Source::Simulation(_) => return None,
     };
     Some((address_of(image), texels))

@@ -1,6 +1,6 @@
 //! Colours, which people write in sRGB and shaders read in linear light.
 
-use super::{SettingField, SettingType, SettingValue, Written};
+use super::{SettingField, SettingInput, SettingType, SettingValue};
 use crate::colour::{linear_from_srgb, srgb_from_linear};
 
 /// A colour in linear Rec. 709.
@@ -38,7 +38,7 @@ impl SettingField for LinearColor {
         SettingType::Color
     }
 
-    fn read(written: &Written) -> Option<Self> {
+    fn read(written: &SettingInput) -> Option<Self> {
         if let Some(color) = written.text().and_then(|text| Self::of_hex(&text)) {
             return Some(color);
         }
@@ -56,7 +56,7 @@ impl SettingField for LinearColor {
 pub(crate) fn read_word_or_color<T: Copy>(
     words: &[(&str, T)],
     of_color: fn([f32; 3]) -> T,
-    written: &Written,
+    written: &SettingInput,
 ) -> Option<T> {
     let word = written.text().and_then(|text| words.iter().find(|(word, _)| *word == &*text));
     word.map(|(_, value)| *value).or_else(|| LinearColor::read(written).map(|LinearColor(linear)| of_color(linear)))

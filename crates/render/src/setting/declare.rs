@@ -70,7 +70,7 @@ macro_rules! settings {
                 &mut self,
                 field: &str,
                 info: &$crate::setting::SettingInfo,
-                written: &$crate::setting::Written,
+                written: &$crate::setting::SettingInput,
             ) -> Result<(), $crate::setting::SettingsError> {
                 match field {
                     $(stringify!($field) => self.$field = info.read(written)?,)*
@@ -141,7 +141,7 @@ macro_rules! choices {
                 Self::NAMES
             }
 
-            fn read(written: &$crate::setting::Written) -> Option<Self> {
+            fn read(written: &$crate::setting::SettingInput) -> Option<Self> {
                 Self::named(&written.text()?)
             }
 

@@ -1,6 +1,6 @@
 //! The types of Rust that settings have.
 
-use super::{NumberType, Scalar, SettingType, SettingValue, Written};
+use super::{NumberType, Scalar, SettingInput, SettingType, SettingValue};
 use std::path::PathBuf;
 
 /// A type that a setting can have.
@@ -14,7 +14,7 @@ pub trait SettingField: Sized {
     }
 
     /// The value of what was written; none if it is not a value of this type. Ranges are checked elsewhere.
-    fn read(written: &Written) -> Option<Self>;
+    fn read(written: &SettingInput) -> Option<Self>;
 
     /// As plain data; what [`Self::read`] makes of its text is this value again.
     fn value(&self) -> SettingValue;
@@ -37,7 +37,7 @@ macro_rules! number_field {
                 SettingType::Number(NumberType { scalar: Scalar::$scalar, count: 1 })
             }
 
-            fn read(written: &Written) -> Option<Self> {
+            fn read(written: &SettingInput) -> Option<Self> {
                 Scalar::$scalar.read(&written.text()?).map(|number| number as $type)
             }
 
@@ -55,7 +55,7 @@ macro_rules! number_field {
                 SettingType::Number(NumberType { scalar: Scalar::$scalar, count: N as u8 })
             }
 
-            fn read(written: &Written) -> Option<Self> {
+            fn read(written: &SettingInput) -> Option<Self> {
                 let parts = written.parts();
                 let numbers: Option<Vec<$type>> =
                     parts.iter().map(|part| Scalar::$scalar.read(part).map(|number| number as $type)).collect();
@@ -82,7 +82,7 @@ impl SettingField for bool {
         SettingType::Boolean
     }
 
-    fn read(written: &Written) -> Option<Self> {
+    fn read(written: &SettingInput) -> Option<Self> {
         written.text()?.parse().ok()
     }
 
@@ -96,7 +96,7 @@ impl SettingField for String {
         SettingType::Text
     }
 
-    fn read(written: &Written) -> Option<Self> {
+    fn read(written: &SettingInput) -> Option<Self> {
         written.text().map(Into::into)
     }
 
@@ -110,7 +110,7 @@ impl SettingField for PathBuf {
         SettingType::Path
     }
 
-    fn read(written: &Written) -> Option<Self> {
+    fn read(written: &SettingInput) -> Option<Self> {
         written.text().map(|text| PathBuf::from(&*text))
     }
 
@@ -129,14 +129,14 @@ impl<T: SettingField> SettingField for Vec<T> {
         T::choices()
     }
 
-    fn read(written: &Written) -> Option<Self> {
+    fn read(written: &SettingInput) -> Option<Self> {
         if let Some(entries) = written.entries() {
             return entries.into_iter().map(|entry| T::read(&entry.into())).collect();
         }
-        if matches!(written, Written::Typed(_)) {
+        if matches!(written, SettingInput::Typed(_)) {
             return None;
         }
-        written.parts().into_iter().map(|part| T::read(&Written::from(&*part))).collect()
+        written.parts().into_iter().map(|part| T::read(&SettingInput::from(&*part))).collect()
     }
 
     fn value(&self) -> SettingValue {

@@ -1,8 +1,8 @@
 //! A file of settings: TOML, whose tables are the groups of keys.
 
-use super::{SettingValue, SettingsError, Written};
+use super::{SettingInput, SettingValue, SettingsError};
 use crate::diagnostic::Diagnostic;
-use manypass_scene::renamed::{NameKind, RENAMED, Renamed};
+use manypass_scene::renamed::{NameChange, NameKind, RENAMED};
 use std::fmt::Display;
 use std::ops::Range;
 use toml::Spanned;
@@ -21,7 +21,7 @@ pub struct SettingsFile {
 struct Entry {
     key: String,
     key_range: Range<usize>,
-    value: Written,
+    value: SettingInput,
     value_range: Range<usize>,
 }
 
@@ -66,13 +66,13 @@ impl SettingsFile {
     }
 
     /// What it says of the setting `key`, if it does; of several the last.
-    pub fn last(&self, key: &str) -> Option<&Written> {
+    pub fn last(&self, key: &str) -> Option<&SettingInput> {
         self.entries.iter().rev().find(|entry| entry.key == key).map(|entry| &entry.value)
     }
 
     /// The older keys that it uses, each once.
-    pub fn older_names(&self) -> Vec<&'static Renamed> {
-        let is_used = |row: &&Renamed| row.kind == NameKind::Setting && self.last(row.older).is_some();
+    pub fn older_names(&self) -> Vec<&'static NameChange> {
+        let is_used = |row: &&NameChange| row.kind == NameKind::Setting && self.last(row.older).is_some();
         RENAMED.iter().filter(is_used).collect()
     }
 
@@ -98,7 +98,7 @@ impl SettingsFile {
     /// The first one that `set` refuses, with its place in the file.
     pub fn apply(
         &self,
-        mut set: impl FnMut(&str, &Written) -> Result<(), SettingsError>,
+        mut set: impl FnMut(&str, &SettingInput) -> Result<(), SettingsError>,
     ) -> Result<(), Box<Diagnostic>> {
         for Entry { key, key_range, value, value_range } in &self.entries {
             let Err(error) = set(key, value) else { continue };
@@ -117,7 +117,7 @@ fn collect(table: &DeTable<'_>, prefix: &str, entries: &mut Vec<Entry>) {
             inner => {
                 let written = match inner {
                     // No type of a setting.
-                    DeValue::Datetime(time) => Written::Text(time.to_string()),
+                    DeValue::Datetime(time) => SettingInput::Text(time.to_string()),
                     inner => typed(inner).into(),
                 };
                 entries.push(Entry { key, key_range: name.span(), value: written, value_range: value.span() });

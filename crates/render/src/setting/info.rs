@@ -1,6 +1,6 @@
 //! What is known of a setting.
 
-use super::{SettingField, SettingsError, Written};
+use super::{SettingField, SettingInput, SettingsError};
 use serde::{Deserialize, Serialize, Serializer};
 use std::borrow::Cow;
 use std::fmt::{self, Display, Formatter};
@@ -260,7 +260,7 @@ impl SettingInfo {
     ///
     /// # Errors
     /// It is none of the type, or one of its numbers lies outside the range.
-    pub fn read<T: SettingField>(&self, written: &Written) -> Result<T, SettingsError> {
+    pub fn read<T: SettingField>(&self, written: &SettingInput) -> Result<T, SettingsError> {
         let value = self.is_typed(written).then(|| T::read(written)).flatten();
         let value = value.filter(|value| value.numbers().into_iter().all(|number| self.contains(number)));
         value.ok_or_else(|| self.refuse(written))
@@ -270,7 +270,7 @@ impl SettingInfo {
     ///
     /// # Errors
     /// There is another number of components, one of them is no number of the type, or lies outside the range.
-    pub fn components(&self, written: &Written) -> Result<Vec<f64>, SettingsError> {
+    pub fn components(&self, written: &SettingInput) -> Result<Vec<f64>, SettingsError> {
         let numbers = self.kind.numbers().filter(|_| self.is_typed(written));
         let components = numbers.and_then(|numbers| {
             let components: Option<Vec<f64>> = written.parts().iter().map(|part| numbers.scalar.read(part)).collect();
@@ -285,12 +285,12 @@ impl SettingInfo {
     }
 
     /// Whether what was written has this setting's type, if it has one.
-    fn is_typed(&self, written: &Written) -> bool {
-        if let Written::Typed(value) = written { self.kind.admits(value) } else { true }
+    fn is_typed(&self, written: &SettingInput) -> bool {
+        if let SettingInput::Typed(value) = written { self.kind.admits(value) } else { true }
     }
 
     /// That a value is none of this setting's.
-    pub(crate) fn refuse(&self, written: &Written) -> SettingsError {
+    pub(crate) fn refuse(&self, written: &SettingInput) -> SettingsError {
         let is_too_large =
             |part: &str| part.parse::<f64>().is_ok_and(|number| number.is_infinite() || number.abs() > F32_MAX);
         let is_f32 = self.kind.numbers().is_some_and(|numbers| numbers.scalar == Scalar::F32);
@@ -299,7 +299,7 @@ impl SettingInfo {
         if has_no_end && written.parts().iter().any(|part| is_too_large(part)) {
             expected.push_str(&format!("; 32 bits hold numbers up to {:e}", f32::MAX));
         }
-        if let Written::Typed(value) = written {
+        if let SettingInput::Typed(value) = written {
             expected.push_str(self.kind.remedy(value));
         }
         SettingsError::BadValue { key: self.key.to_string(), value: written.to_string(), expected }

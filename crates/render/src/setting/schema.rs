@@ -2,7 +2,7 @@
 
 use super::info::F32_MAX;
 use super::{LinearColor, NumberType, Scalar, SettingInfo, SettingType, Switch};
-use manypass_scene::renamed::{NameKind, RENAMED, Renamed};
+use manypass_scene::renamed::{NameChange, NameKind, RENAMED};
 use serde_json::{Map, Value, json};
 
 /// `auto` with at most 64 stops.
@@ -16,7 +16,7 @@ pub fn schema<'i>(infos: impl IntoIterator<Item = &'i SettingInfo>) -> Value {
     let mut tables = Table::default();
     for info in infos {
         tables.insert(&info.key, described(info));
-        let of_info = |row: &&Renamed| row.kind == NameKind::Setting && row.name == info.key;
+        let of_info = |row: &&NameChange| row.kind == NameKind::Setting && row.name == info.key;
         for row in RENAMED.iter().filter(of_info) {
             tables.insert(row.older, deprecated(typed(info, &info.kind), row));
         }
@@ -70,7 +70,7 @@ fn described(info: &SettingInfo) -> Value {
 }
 
 /// What an older name takes, with the notice of the name of today.
-pub(crate) fn deprecated(mut schema: Value, row: &Renamed) -> Value {
+pub(crate) fn deprecated(mut schema: Value, row: &NameChange) -> Value {
     schema["deprecated"] = true.into();
     schema["description"] = format!("{row}.").into();
     schema

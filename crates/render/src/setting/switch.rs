@@ -1,6 +1,6 @@
 //! Switches of what is done wherever it can be, unless somebody says otherwise.
 
-use super::{SettingField, SettingType, SettingValue, Written};
+use super::{SettingField, SettingInput, SettingType, SettingValue};
 
 /// A switch: on, off or automatic.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -43,7 +43,7 @@ impl SettingField for Switch {
         SettingType::Switch
     }
 
-    fn read(written: &Written) -> Option<Self> {
+    fn read(written: &SettingInput) -> Option<Self> {
         match &*written.text()? {
             Self::AUTO => Some(Self::Auto),
             text => text.parse::<bool>().ok().map(Into::into),

@@ -50,7 +50,7 @@ fn infos() -> Vec<SettingInfo> {
     Everything::declared().into_iter().map(|info| info.of_group("everything")).collect()
 }
 
-fn give(group: &mut Everything, key: &str, written: &Written) -> Result<(), SettingsError> {
+fn give(group: &mut Everything, key: &str, written: &SettingInput) -> Result<(), SettingsError> {
     let infos = infos();
     let info = infos.iter().find(|info| info.key == key);
     let info = info.ok_or_else(|| unknown_key(key, infos.iter().map(|info| &*info.key)))?;

@@ -30,22 +30,22 @@ mod threads {
 
     /// A pipeline that is there, or is being made; whoever uses it waits for it, or makes it if nobody has begun.
     #[derive(Clone, Debug)]
-    pub struct Pipeline(Arc<Promised>);
+    pub struct Pipeline(Arc<PendingPipeline>);
 
-    struct Promised {
+    struct PendingPipeline {
         made: OnceLock<wgpu::RenderPipeline>,
         make: Box<dyn Fn() -> wgpu::RenderPipeline + Send + Sync>,
         waited_ns: Arc<AtomicU64>,
     }
 
-    impl Promised {
+    impl PendingPipeline {
         /// A thread on which that panics leaves it to whoever uses the pipeline, who hears of it then.
         fn make(&self) -> &wgpu::RenderPipeline {
             self.made.get_or_init(|| (self.make)())
         }
     }
 
-    impl fmt::Debug for Promised {
+    impl fmt::Debug for PendingPipeline {
         fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
             self.made.fmt(f)
         }
@@ -55,7 +55,11 @@ mod threads {
         /// One that is there.
         pub(crate) fn made(pipeline: wgpu::RenderPipeline) -> Self {
             let made = OnceLock::from(pipeline.clone());
-            Self(Arc::new(Promised { made, make: Box::new(move || pipeline.clone()), waited_ns: Arc::default() }))
+            Self(Arc::new(PendingPipeline {
+                made,
+                make: Box::new(move || pipeline.clone()),
+                waited_ns: Arc::default(),
+            }))
         }
     }
 
@@ -86,13 +90,13 @@ mod threads {
     /// may have no more threads: pipelines are made when they are used then.
     #[derive(Debug, Default)]
     pub(crate) struct Makers {
-        started: OnceCell<Started>,
+        started: OnceCell<PipelineWorkers>,
         waited_ns: Arc<AtomicU64>,
     }
 
     #[derive(Debug)]
-    struct Started {
-        wanted: Option<Sender<Weak<Promised>>>,
+    struct PipelineWorkers {
+        wanted: Option<Sender<Weak<PendingPipeline>>>,
         threads: Vec<JoinHandle<()>>,
     }
 
@@ -100,8 +104,8 @@ mod threads {
         /// The pipeline that `make` gives, as soon as a thread comes to it.
         pub fn promise(&self, make: impl Make) -> Pipeline {
             let (make, waited_ns) = (Box::new(make), self.waited_ns.clone());
-            let promised = Arc::new(Promised { made: OnceLock::new(), make, waited_ns });
-            if let Some(wanted) = &self.started.get_or_init(Started::new).wanted {
+            let promised = Arc::new(PendingPipeline { made: OnceLock::new(), make, waited_ns });
+            if let Some(wanted) = &self.started.get_or_init(PipelineWorkers::new).wanted {
                 // Without threads nobody receives it.
                 let _ = wanted.send(Arc::downgrade(&promised));
             }
@@ -114,7 +118,7 @@ mod threads {
         }
     }
 
-    impl Started {
+    impl PipelineWorkers {
         fn new() -> Self {
             let (wanted, receiver) = channel();
             let receiver = Arc::new(Mutex::new(receiver));
@@ -130,7 +134,7 @@ mod threads {
     }
 
     /// Makes what is wanted and still has an owner, until nobody can want anything more.
-    fn make_all(wanted: &Mutex<Receiver<Weak<Promised>>>) {
+    fn make_all(wanted: &Mutex<Receiver<Weak<PendingPipeline>>>) {
         loop {
             let next = wanted.lock().unwrap_or_else(PoisonError::into_inner).recv();
             let Ok(promised) = next else { return };
@@ -140,7 +144,7 @@ mod threads {
         }
     }
 
-    impl Drop for Started {
+    impl Drop for PipelineWorkers {
         /// No thread is in the driver any more when the device goes.
         fn drop(&mut self) {
             self.wanted = None;

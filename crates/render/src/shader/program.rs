@@ -147,12 +147,12 @@ enum Modules {
 
 /// A module, and the values of those of its constants that are not as they are declared.
 #[derive(Debug)]
-pub(crate) struct Specialised {
+pub(crate) struct SpecialisedModule {
     pub module: wgpu::ShaderModule,
     pub constants: Vec<(&'static str, f64)>,
 }
 
-impl Specialised {
+impl SpecialisedModule {
     /// How a stage is compiled.
     pub fn options(&self) -> wgpu::PipelineCompilationOptions<'_> {
         wgpu::PipelineCompilationOptions { constants: &self.constants, ..Default::default() }
@@ -160,13 +160,13 @@ impl Specialised {
 }
 
 /// What pipelines are told of a module.
-struct Declared {
+struct ModuleInterface {
     vertex_inputs: Vec<(String, u32)>,
     overrides: Vec<String>,
     has_vertices: bool,
 }
 
-impl Declared {
+impl ModuleInterface {
     fn of(module: &naga::Module) -> Self {
         let overrides = module.overrides.iter().filter_map(|(_, constant)| constant.name.clone()).collect();
         let has_vertices = module.entry_points.iter().any(|entry| entry.stage == naga::ShaderStage::Vertex);
@@ -198,7 +198,7 @@ impl Program {
     pub fn new(frame: &FrameLayout, name: &str, source: &str) -> Result<Self, ProgramError> {
         let (module, info) = parse(name, source)?;
         let slots = reflect_bindings(&module, &info, source);
-        Self::compiled(frame, name, Declared::of(&module), slots, |device| {
+        Self::compiled(frame, name, ModuleInterface::of(&module), slots, |device| {
             let source = wgpu::ShaderSource::Wgsl(source.into());
             Modules::Whole(device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some(name), source }))
         })
@@ -211,14 +211,14 @@ impl Program {
         let slots = reflect_bindings(&module, &info, source);
         // What has been parsed need not be parsed again; browsers have a parser of their own.
         #[cfg(not(target_arch = "wasm32"))]
-        return Self::compiled(frame, name, Declared::of(&module), slots, |device| {
+        return Self::compiled(frame, name, ModuleInterface::of(&module), slots, |device| {
             if module.overrides.is_empty() {
                 return Modules::Whole(trusted(device, name, wgpu::ShaderSource::Naga(Cow::Owned(module))));
             }
             Modules::Specialised { device: device.clone(), parsed: Box::new((module, info)), made: Mutex::default() }
         });
         #[cfg(target_arch = "wasm32")]
-        Self::compiled(frame, name, Declared::of(&module), slots, |device| {
+        Self::compiled(frame, name, ModuleInterface::of(&module), slots, |device| {
             Modules::Whole(trusted(device, name, wgpu::ShaderSource::Wgsl(source.into())))
         })
     }
@@ -231,14 +231,15 @@ impl Program {
         (module, entry_point): (&naga::Module, &str),
         slots: Vec<Vec<Slot>>,
     ) -> Result<Self, ProgramError> {
-        let program = Self::compiled(frame, name, Declared::of(module), slots, |_| Modules::Whole(compiled.clone()))?;
+        let program =
+            Self::compiled(frame, name, ModuleInterface::of(module), slots, |_| Modules::Whole(compiled.clone()))?;
         Ok(Self { entry_point: Some(entry_point.into()), has_vertices: false, ..program })
     }
 
     fn compiled(
         frame: &FrameLayout,
         name: &str,
-        Declared { vertex_inputs, overrides, has_vertices }: Declared,
+        ModuleInterface { vertex_inputs, overrides, has_vertices }: ModuleInterface,
         slots: Vec<Vec<Slot>>,
         compile: impl FnOnce(&wgpu::Device) -> Modules,
     ) -> Result<Self, ProgramError> {
@@ -281,7 +282,7 @@ impl Program {
 
     /// What a pipeline with `constants` is made of. Those that the module does not declare, which are errors in
     /// browsers, are passed over; of those of one name the last counts.
-    pub(crate) fn specialised(&self, constants: &[Constant]) -> Specialised {
+    pub(crate) fn specialised(&self, constants: &[Constant]) -> SpecialisedModule {
         let mut declared: Vec<Constant> = Vec::new();
         for constant in constants.iter().filter(|(name, _)| self.overrides.iter().any(|known| known == name)) {
             declared.retain(|(name, _)| *name != constant.0);
@@ -290,7 +291,7 @@ impl Program {
         match &self.modules {
             Modules::Whole(module) => {
                 let constants = declared.iter().map(|(name, value)| (*name, f64::from(*value))).collect();
-                Specialised { module: module.clone(), constants }
+                SpecialisedModule { module: module.clone(), constants }
             }
             #[cfg(not(target_arch = "wasm32"))]
             Modules::Specialised { device, parsed, made } => {
@@ -302,7 +303,7 @@ impl Program {
                     let module = specialise::specialised(module, info, declared).unwrap_or_else(|| module.clone());
                     trusted(device, &self.name, wgpu::ShaderSource::Naga(Cow::Owned(module)))
                 });
-                Specialised { module: module.clone(), constants: Vec::new() }
+                SpecialisedModule { module: module.clone(), constants: Vec::new() }
             }
         }
     }

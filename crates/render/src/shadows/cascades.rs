@@ -6,8 +6,8 @@
 
 use super::ShadowSettings;
 use super::dealing::is_wide;
+use super::demand::{Aim, Viewer};
 use super::projection::looking_along;
-use super::wanted::{Aim, Viewer};
 use crate::draws::WorldDraws;
 use crate::lights::TableLight;
 use glam::{Mat4, Vec2, Vec3};

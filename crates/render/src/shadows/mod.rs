@@ -10,19 +10,19 @@ mod cascades;
 mod casters;
 mod column;
 mod dealing;
+mod demand;
 mod placing;
 mod projection;
 mod room;
 mod settings;
 mod still;
-mod wanted;
 
 pub use atlas::Square;
 pub use dealing::Dealing;
+pub(crate) use demand::AROUND_DIRECTIONAL_PX;
+pub use demand::Viewer;
 pub(crate) use projection::{TileProjection, looking_along};
 pub use settings::{ShadowFilter, ShadowSettings};
-pub(crate) use wanted::AROUND_DIRECTIONAL_PX;
-pub use wanted::Viewer;
 
 use crate::constants::TEXELS_PER_LIGHT;
 use crate::draws::{Draw, Tile, WorldDraws};
@@ -32,14 +32,14 @@ use crate::resources::Instance;
 use atlas::Allocator;
 use casters::{Caster, Casters, OfLight};
 use dealing::Turns;
+use demand::TileDemand;
 use manypass_scene::{LightKind, NodeId};
-use placing::Kept;
+use placing::CachedTile;
 use room::Room;
 use std::collections::BTreeMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;
 use still::{ShadowInputs, StillShadows};
-use wanted::Wanting;
 
 /// The smallest tile: less would be all border.
 const SIDE_MIN: u32 = 16;
@@ -148,7 +148,7 @@ pub struct Shadows {
     /// The atlas may grow to that.
     side_max: u32,
     allocator: Allocator,
-    tiles: BTreeMap<TileKey, Kept>,
+    tiles: BTreeMap<TileKey, CachedTile>,
     /// Whether nothing was drawn into the atlas yet.
     is_empty: bool,
     /// Whether live frames had room for finer maps.
@@ -194,8 +194,8 @@ impl Shadows {
     }
 
     /// Makes room for tiles of these `sides`. What the tiles hold is forgotten if the atlas has to grow for them.
-    fn grow(&mut self, wanting: &[Wanting], sides: &[u32]) {
-        let tiles = wanting.iter().zip(sides).map(|(light, side)| (light.tile_count(), u64::from(*side)));
+    fn grow(&mut self, demands: &[TileDemand], sides: &[u32]) {
+        let tiles = demands.iter().zip(sides).map(|(light, side)| (light.tile_count(), u64::from(*side)));
         let area: u64 = tiles.map(|(count, side)| count * side * side).sum();
         let side = SIDE_MIN << (0..16).find(|shift| u64::from(SIDE_MIN << shift).pow(2) >= area).unwrap_or(16);
         if side > self.allocator.side() {
@@ -250,40 +250,40 @@ impl Shadows {
     fn prepare_anew(&mut self, inputs: &ShadowInputs<'_>) -> FrameShadows {
         let ShadowInputs { world, chooser, version, views, settings, dealing } = *inputs;
         let casters = Casters::new(world, chooser, version, dealing.pattern());
-        let mut wanting = self.wanting(&casters, world, views, settings, dealing);
-        wanting.sort_by(|a, b| b.side.total_cmp(&a.side).then_with(|| a.key.cmp(&b.key)));
+        let mut demands = self.demands(&casters, world, views, settings, dealing);
+        demands.sort_by(|a, b| b.side.total_cmp(&a.side).then_with(|| a.key.cmp(&b.key)));
         let mut frame = FrameShadows::default();
-        let turns = if dealing.deals() { Some(self.turns(&wanting)) } else { None };
+        let turns = if dealing.deals() { Some(self.turns(&demands)) } else { None };
         let sides = match &turns {
             Some(turns) => turns.sides_in(dealing),
             None => {
                 let most = if dealing.rounds.is_none() { settings.maps } else { u32::MAX };
-                self.sides(&wanting, most, settings.map_px > 0)
+                self.sides(&demands, most, settings.map_px > 0)
             }
         };
         frame.counts.rounds = turns.as_ref().map_or(1, Turns::rounds);
         frame.counts.dealt = turns.as_ref().map_or(0, Turns::dealt);
         if turns.is_none() {
-            let beyond = wanting.iter().zip(&sides).filter(|(_, side)| **side == 0);
+            let beyond = demands.iter().zip(&sides).filter(|(_, side)| **side == 0);
             frame.beyond.extend(beyond.map(|(light, _)| light.key.node));
         }
-        self.grow(&wanting, &sides);
-        let placed = self.place(&wanting, &sides);
+        self.grow(&demands, &sides);
+        let placed = self.place(&demands, &sides);
         let mut of_lights: OfLights<'_> = BTreeMap::new();
-        for (at, (wanting, squares)) in wanting.iter().zip(&placed).enumerate() {
+        for (at, (demand, squares)) in demands.iter().zip(&placed).enumerate() {
             let weight = turns.as_ref().map_or(1.0, |turns| turns.weight(at, dealing));
             let Some(squares) = squares else {
-                of_lights.insert(&wanting.key, (Vec::new(), weight));
+                of_lights.insert(&demand.key, (Vec::new(), weight));
                 continue;
             };
             frame.counts.lights += 1;
-            frame.counts.in_emitters += u32::from(wanting.of_light.is_in_emitter);
+            frame.counts.in_emitters += u32::from(demand.of_light.is_in_emitter);
             let side = squares.iter().flatten().map(|square| square.side).max();
-            if side.is_some_and(|side| (side as f32) < 0.5 * wanting.side) {
-                frame.starved.push(wanting.key.node);
+            if side.is_some_and(|side| (side as f32) < 0.5 * demand.side) {
+                frame.starved.push(demand.key.node);
             }
-            let records = self.tiles_of(&casters, wanting, squares, &mut frame);
-            of_lights.insert(&wanting.key, (records, weight));
+            let records = self.tiles_of(&casters, demand, squares, &mut frame);
+            of_lights.insert(&demand.key, (records, weight));
         }
         frame.is_first = self.is_empty;
         self.is_empty &= frame.tiles.is_empty();
@@ -293,8 +293,8 @@ impl Shadows {
     }
 
     /// Which lights always have their tiles, and whose turn comes when.
-    fn turns(&self, wanting: &[Wanting]) -> Turns {
-        let demanded: Vec<(u32, u32)> = wanting
+    fn turns(&self, demands: &[TileDemand]) -> Turns {
+        let demanded: Vec<(u32, u32)> = demands
             .iter()
             .map(|light| ((light.side as u32).max(SIDE_MIN).next_power_of_two(), light.tile_count() as u32))
             .collect();
@@ -305,22 +305,22 @@ impl Shadows {
     fn tiles_of(
         &mut self,
         casters: &Casters<'_>,
-        wanting: &Wanting,
+        demand: &TileDemand,
         squares: &[Option<Square>],
         frame: &mut FrameShadows,
     ) -> Vec<[[f32; 4]; 4]> {
         let atlas = self.allocator.side() as f32;
         let mut records = Vec::with_capacity(squares.len());
-        for (part, (aim, square)) in wanting.aims.iter().zip(squares).enumerate() {
+        for (part, (aim, square)) in demand.aims.iter().zip(squares).enumerate() {
             let Some(square) = square else {
                 let rows = aim.projection(SIDE_MIN).rows.map(|row| row.to_array());
                 records.push([rows[0], rows[1], rows[2], [0.0; 4]]);
                 continue;
             };
             let projection = aim.projection(square.side);
-            let items: Vec<Caster> = casters.in_tile(&wanting.of_light.items, &projection).collect();
+            let items: Vec<Caster> = casters.in_tile(&demand.of_light.items, &projection).collect();
             let signature = casters.signature(&items, &projection);
-            let key = (wanting.key, part as u8);
+            let key = (demand.key, part as u8);
             let is_kept = self.tiles.get(&key).is_some_and(|kept| kept.signature == signature);
             if is_kept {
                 frame.counts.tiles_kept += 1;
@@ -344,12 +344,12 @@ impl Shadows {
 }
 
 /// What casts shadows, for maps beside the atlas.
-pub(crate) struct Casting<'w> {
+pub(crate) struct ShadowCasters<'w> {
     casters: Casters<'w>,
     everywhere: OfLight,
 }
 
-impl<'w> Casting<'w> {
+impl<'w> ShadowCasters<'w> {
     /// Of a world; `version` rises whenever a mesh or a material changed.
     pub fn new(world: &'w WorldDraws, version: u64) -> Self {
         let casters = Casters::new(world, None, version, 0);

@@ -1,14 +1,14 @@
 //! How large the tiles of lights are, and where they lie in the atlas.
 
 use super::atlas::Square;
-use super::wanted::Wanting;
+use super::demand::TileDemand;
 use super::{SIDE_MIN, Shadows, TileKey};
 use std::collections::BTreeSet;
 use std::collections::btree_map::Entry;
 
 /// A tile that lasts: where it lies, and what it was drawn from.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Kept {
+pub(super) struct CachedTile {
     pub square: Square,
     pub signature: u64,
 }
@@ -17,11 +17,11 @@ impl Shadows {
     /// The side of the tiles of every light, 0 where there is no place for them, or where there would be more than
     /// `most` of lights at a place. All are made smaller alike until they fit. Unless they are `given`, a side that is
     /// there stays while it is not far off.
-    pub(super) fn sides(&self, wanting: &[Wanting], most: u32, given: bool) -> Vec<u32> {
+    pub(super) fn sides(&self, demands: &[TileDemand], most: u32, given: bool) -> Vec<u32> {
         let area = u64::from(self.side_max).pow(2);
         let mut tiles = 0;
         // The demanded side, that which is there, and how many of them; none of a light beyond `most`.
-        let demands: Vec<Option<(f32, Option<u32>, u64)>> = wanting
+        let demands: Vec<Option<(f32, Option<u32>, u64)>> = demands
             .iter()
             .map(|light| {
                 let kept = self.tiles.get(&(light.key, first_part(light))).map(|kept| kept.square.side);
@@ -54,7 +54,7 @@ impl Shadows {
     }
 
     /// The squares of every light's tiles, none of a tile without casters; none at all of a light that has no place.
-    pub(super) fn place(&mut self, wanting: &[Wanting], sides: &[u32]) -> Vec<Option<Vec<Option<Square>>>> {
+    pub(super) fn place(&mut self, demands: &[TileDemand], sides: &[u32]) -> Vec<Option<Vec<Option<Square>>>> {
         // First what stays where it is, then what is new; if that finds no gap, the atlas grows, if it may; else what
         // nobody wants now is given up, and if that does not help, everything is placed anew, which always fits.
         for attempt in 0..3 {
@@ -62,18 +62,18 @@ impl Shadows {
                 0 => (),
                 1 if self.allocator.side() < self.side_max => self.reset(2 * self.allocator.side()),
                 1 => {
-                    let is_wanted = |light: &Wanting, side: &u32| (*side > 0).then_some(light.key);
+                    let is_wanted = |light: &TileDemand, side: &u32| (*side > 0).then_some(light.key);
                     let wanted: BTreeSet<_> =
-                        wanting.iter().zip(sides).filter_map(|(light, side)| is_wanted(light, side)).collect();
+                        demands.iter().zip(sides).filter_map(|(light, side)| is_wanted(light, side)).collect();
                     self.give_back(|key| !wanted.contains(&key.0));
                 }
                 _ => self.give_back(|_| true),
             }
-            if let Some(placed) = self.try_place(wanting, sides) {
+            if let Some(placed) = self.try_place(demands, sides) {
                 return placed;
             }
         }
-        vec![None; wanting.len()]
+        vec![None; demands.len()]
     }
 
     fn give_back(&mut self, is_given: impl Fn(&TileKey) -> bool) {
@@ -87,10 +87,10 @@ impl Shadows {
         });
     }
 
-    fn try_place(&mut self, wanting: &[Wanting], sides: &[u32]) -> Option<Vec<Option<Vec<Option<Square>>>>> {
-        let keys = |wanting: &Wanting, part: usize| (wanting.key, part as u8);
+    fn try_place(&mut self, demands: &[TileDemand], sides: &[u32]) -> Option<Vec<Option<Vec<Option<Square>>>>> {
+        let keys = |demand: &TileDemand, part: usize| (demand.key, part as u8);
         // Tiles of another size make room first.
-        for (light, side) in wanting.iter().zip(sides) {
+        for (light, side) in demands.iter().zip(sides) {
             for (part, has_casters) in light.has_casters.iter().enumerate() {
                 let key = keys(light, part);
                 let Some(kept) = self.tiles.get(&key) else { continue };
@@ -100,12 +100,12 @@ impl Shadows {
                 }
             }
         }
-        let mut placed = Vec::with_capacity(wanting.len());
-        let mut order: Vec<usize> = (0..wanting.len()).collect();
+        let mut placed = Vec::with_capacity(demands.len());
+        let mut order: Vec<usize> = (0..demands.len()).collect();
         order.sort_by_key(|at| std::cmp::Reverse(sides[*at]));
-        placed.resize_with(wanting.len(), || None);
+        placed.resize_with(demands.len(), || None);
         for at in order {
-            let (light, side) = (&wanting[at], sides[at]);
+            let (light, side) = (&demands[at], sides[at]);
             if side == 0 {
                 continue;
             }
@@ -119,7 +119,7 @@ impl Shadows {
                     Entry::Occupied(kept) => kept.get().square,
                     Entry::Vacant(place) => {
                         let square = self.allocator.take(side)?;
-                        place.insert(Kept { square, signature: 0 });
+                        place.insert(CachedTile { square, signature: 0 });
                         square
                     }
                 };
@@ -132,6 +132,6 @@ impl Shadows {
 }
 
 /// The first of a light's tiles that has casters.
-fn first_part(wanting: &Wanting) -> u8 {
-    wanting.has_casters.iter().position(|has| *has).unwrap_or(0) as u8
+fn first_part(demand: &TileDemand) -> u8 {
+    demand.has_casters.iter().position(|has| *has).unwrap_or(0) as u8
 }

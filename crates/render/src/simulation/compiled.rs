@@ -19,7 +19,7 @@ const MIPS: &str = include_str!("mips.wgsl");
 
 /// What draws a simulation.
 #[derive(Debug)]
-pub(super) struct Compiled {
+pub(super) struct CompiledSimulation {
     pub start: Vec<CompiledPass>,
     pub step: Vec<CompiledPass>,
     pub shows: Vec<CompiledPass>,
@@ -52,7 +52,7 @@ pub(super) struct Mips {
 ///
 /// # Errors
 /// The device refuses them.
-pub(super) fn compiled(gpu: &Gpu, file: SimulationFile) -> Result<Compiled, ProgramError> {
+pub(super) fn compiled(gpu: &Gpu, file: SimulationFile) -> Result<CompiledSimulation, ProgramError> {
     let name = file.name().to_owned();
     let SimulationFile { file, mut text, mut module, declared, start, step, shows, uniforms, .. } = file;
     if !gpu.capabilities.uniforms_of_any_size {
@@ -127,7 +127,7 @@ pub(super) fn compiled(gpu: &Gpu, file: SimulationFile) -> Result<Compiled, Prog
     }
     #[cfg(target_arch = "wasm32")]
     let _ = file;
-    Ok(Compiled { start, step, shows, mips })
+    Ok(CompiledSimulation { start, step, shows, mips })
 }
 
 fn pipeline(

@@ -13,7 +13,7 @@ mod running;
 mod uniforms;
 
 pub use file::SimulationFile;
-pub(crate) use running::{Moving, Running};
+pub(crate) use running::{RunningSimulation, SimulationInputs};
 
 /// The progress of a simulation: its steps towards the scene's time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

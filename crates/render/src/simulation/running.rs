@@ -1,7 +1,7 @@
 //! A simulation that runs: its states, and how they become the next ones.
 
-use super::compiled::{Compiled, CompiledPass, PICTURE, STATE, compiled};
-use super::uniforms::{BodyUniform, Seen, SimulationUniform, uniform_buffer};
+use super::compiled::{CompiledPass, CompiledSimulation, PICTURE, STATE, compiled};
+use super::uniforms::{BodyUniform, CameraView, SimulationUniform, uniform_buffer};
 use super::{CELLS_WRITTEN_MAX, NUMBER_MAX, STEPS_MAX, SimulationFile, SimulationProgress, SimulationReport};
 use crate::gpu::{Gpu, GpuError, readback};
 use crate::shader::program::ProgramError;
@@ -21,7 +21,7 @@ const ROUNDING_STEPS: f64 = 1e-3;
 const ROUNDING: f64 = 1e-7;
 
 /// Where a simulation is, and what moves through it.
-pub(crate) struct Moving<'s> {
+pub(crate) struct SimulationInputs<'s> {
     pub place: Place,
     pub bodies: Vec<Body<'s>>,
     /// The animation that moves them.
@@ -34,17 +34,17 @@ pub(crate) struct Moving<'s> {
 
 /// A simulation on a device.
 #[derive(Debug)]
-pub(crate) struct Running {
+pub(crate) struct RunningSimulation {
     simulation: Simulation,
     size_m: Vec2,
-    compiled: Compiled,
+    compiled: CompiledSimulation,
     cells: (u32, u32),
     rate_hz: f64,
     states: BTreeMap<String, State>,
     pictures: BTreeMap<String, wgpu::TextureView>,
     uniform: wgpu::Buffer,
     /// The surfaces that it reads; none before it has begun.
-    seen: Option<Seen>,
+    seen: Option<CameraView>,
     reads_surfaces: bool,
     /// Which round a pass is in, of how many.
     turns: HashMap<(u32, u32), wgpu::Buffer>,
@@ -73,7 +73,7 @@ enum Phase {
     Shows,
 }
 
-impl Running {
+impl RunningSimulation {
     /// It has not begun. `others_bytes` is what those of the scene before it take.
     ///
     /// # Errors
@@ -178,7 +178,7 @@ impl Running {
     pub async fn advance(
         &mut self,
         gpu: &Gpu,
-        moving: &Moving<'_>,
+        moving: &SimulationInputs<'_>,
         time_secs: f32,
         progress: &mut dyn FnMut(SimulationProgress<'_>) -> bool,
         turns: &mut Turns<'_>,
@@ -255,9 +255,9 @@ impl Running {
     }
 
     /// Makes the states as they are at first.
-    fn begin(&mut self, gpu: &Gpu, moving: &Moving<'_>) {
+    fn begin(&mut self, gpu: &Gpu, moving: &SimulationInputs<'_>) {
         if self.reads_surfaces {
-            self.seen = Some(Seen::new(gpu, (moving.surfaces)(0.0).as_ref()));
+            self.seen = Some(CameraView::new(gpu, (moving.surfaces)(0.0).as_ref()));
             self.groups.clear();
         }
         self.write_uniform(gpu, moving, None);
@@ -277,7 +277,7 @@ impl Running {
     }
 
     /// Writes what the passes of a step know, or of the beginning.
-    fn write_uniform(&self, gpu: &Gpu, moving: &Moving<'_>, step: Option<u64>) {
+    fn write_uniform(&self, gpu: &Gpu, moving: &SimulationInputs<'_>, step: Option<u64>) {
         let before = step.unwrap_or(0);
         let (before_secs, time_secs) = (self.secs_at(before), step.map_or(0.0, |step| self.secs_at(step + 1)));
         let mut uniform = SimulationUniform {
@@ -436,7 +436,7 @@ fn bind(
     gpu: &Gpu,
     pass: &CompiledPass,
     states: &BTreeMap<String, State>,
-    (uniform, turn, seen): (&wgpu::Buffer, &wgpu::Buffer, Option<&Seen>),
+    (uniform, turn, seen): (&wgpu::Buffer, &wgpu::Buffer, Option<&CameraView>),
 ) -> wgpu::BindGroup {
     let entry = |slot: &crate::shader::program::Slot| {
         let resource = match slot.name.as_str() {

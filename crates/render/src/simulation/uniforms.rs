@@ -46,12 +46,12 @@ struct SeenUniform {
 
 /// What a camera of the scene sees, for simulations that read it.
 #[derive(Debug)]
-pub(super) struct Seen {
+pub(super) struct CameraView {
     pub uniform: wgpu::Buffer,
     pub surfaces: wgpu::TextureView,
 }
 
-impl Seen {
+impl CameraView {
     pub fn new(gpu: &Gpu, seen: Option<&SeenSurfaces>) -> Self {
         let side = if seen.is_some() { SEEN_SIDE } else { 1 };
         let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };

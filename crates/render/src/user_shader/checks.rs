@@ -1,7 +1,7 @@
 //! What is asked of every shader of the user's.
 
 use super::loops::Loops;
-use super::scan::{Declared, Scan};
+use super::scan::{Declaration, Scan};
 use super::size::check_size;
 use super::source::Source;
 use crate::diagnostic::Diagnostic;
@@ -40,7 +40,7 @@ pub(crate) fn check_functions(
 
 /// The member of a struct that is a `bool`, if a uniform that holds such a thing is what is wrong.
 pub(crate) fn fault_of_bool(source: Source<'_>, scan: &Scan, fault: Box<Diagnostic>) -> Box<Diagnostic> {
-    let is_bool = |declared: &&Declared| source.text.get(declared.ty.clone()).map(str::trim) == Some("bool");
+    let is_bool = |declared: &&Declaration| source.text.get(declared.ty.clone()).map(str::trim) == Some("bool");
     let members = scan.members.values().chain(scan.variables.values()).filter(is_bool);
     let first = members.min_by_key(|declared| declared.ty.start).filter(|_| fault.message.contains("host-shareable"));
     let Some(declared) = first else { return fault };

@@ -23,7 +23,7 @@ struct Token {
 
 /// A declaration with a name: a member of a struct, or a variable.
 #[derive(Clone, Debug)]
-pub(crate) struct Declared {
+pub(crate) struct Declaration {
     /// The bytes of its name.
     pub name: Range<usize>,
     /// The bytes of its type.
@@ -40,9 +40,9 @@ pub(crate) struct Scan {
     /// Where the first declaration begins; the text's end if there is none.
     pub first_token: usize,
     /// Members, by the names of the struct and of the member.
-    pub members: HashMap<(String, String), Declared>,
+    pub members: HashMap<(String, String), Declaration>,
     /// Variables of the module.
-    pub variables: HashMap<String, Declared>,
+    pub variables: HashMap<String, Declaration>,
     /// The bytes of the names of functions.
     pub functions: HashMap<String, Range<usize>>,
     /// Where an expression becomes longer than the compiler's recursion can bear, or the whole too long for it.
@@ -258,7 +258,7 @@ impl<'t> Walk<'t> {
                 self.at += 1;
                 let ty = self.until(&[",", "}"]);
                 let comments = self.comments_between(Some(before), member);
-                let declared = Declared { name: self.tokens[member].range.clone(), ty, comments };
+                let declared = Declaration { name: self.tokens[member].range.clone(), ty, comments };
                 let key = (name.clone(), self.text[declared.name.clone()].to_owned());
                 self.scan.members.insert(key, declared);
             }
@@ -284,7 +284,7 @@ impl<'t> Walk<'t> {
         self.at += 1;
         let comments = self.comments_between(before, name);
         let ty = self.until(&[";", "="]);
-        let declared = Declared { name: self.tokens[name].range.clone(), ty, comments };
+        let declared = Declaration { name: self.tokens[name].range.clone(), ty, comments };
         self.scan.variables.insert(self.text[declared.name.clone()].into(), declared);
     }
 
@@ -334,7 +334,7 @@ mod tests {
                     fn f(x: f32) { var y: f32 = 1.0; }\n/// three\n@group(2) @binding(0)\n// four\n\
                     var<uniform> style: Style;\nvar<private> z: f32 = 2.0;";
         let scan = scan(text);
-        let words = |declared: &Declared| -> Vec<String> {
+        let words = |declared: &Declaration| -> Vec<String> {
             declared.comments.iter().map(|range| text[range.clone()].to_owned()).collect()
         };
         let member = |name: &str| &scan.members[&("Style".to_owned(), name.to_owned())];

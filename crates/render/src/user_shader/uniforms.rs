@@ -1,9 +1,9 @@
 //! The uniforms of an effect as settings: found by reflection, with defaults and ranges from the comments above them.
 
-use super::scan::{Declared, Scan};
+use super::scan::{Declaration, Scan};
 use super::source::Source;
 use crate::diagnostic::Diagnostic;
-use crate::settings::{NumberType, Scalar, SettingInfo, SettingType, SettingValue, SettingsError, Written};
+use crate::settings::{NumberType, Scalar, SettingInfo, SettingInput, SettingType, SettingValue, SettingsError};
 use naga::{Handle, Module, Type, TypeInner};
 use std::collections::HashMap;
 use std::ops::Range;
@@ -176,7 +176,7 @@ impl Uniforms {
     ///
     /// # Errors
     /// An unknown key, or a value that it does not take.
-    pub fn set(&mut self, effect: &str, key: &str, written: &Written) -> Result<Option<usize>, SettingsError> {
+    pub fn set(&mut self, effect: &str, key: &str, written: &SettingInput) -> Result<Option<usize>, SettingsError> {
         if let Some(switch) = self.switch().filter(|switch| switch.key == key) {
             self.is_off = !switch.read::<bool>(written)?;
             return Ok(None);
@@ -273,7 +273,12 @@ struct Reflection<'t> {
 
 impl Reflection<'_> {
     /// Adds what lies at `offset` of the last block.
-    fn visit(&mut self, ty: Handle<Type>, offset: usize, declared: Option<&Declared>) -> Result<(), Box<Diagnostic>> {
+    fn visit(
+        &mut self,
+        ty: Handle<Type>,
+        offset: usize,
+        declared: Option<&Declaration>,
+    ) -> Result<(), Box<Diagnostic>> {
         let Type { name, inner } = &self.module.types[ty];
         let remarks = declared.map(|declared| remarks(self.source, declared)).transpose()?.unwrap_or_default();
         let kind = setting_type(inner);
@@ -380,7 +385,7 @@ fn bound(text: &str) -> Result<Option<f64>, ()> {
 }
 
 /// What the comments above a declaration say: `/// text, unit` and `// = default in min..max`.
-fn remarks(source: Source<'_>, declared: &Declared) -> Result<Remarks, Box<Diagnostic>> {
+fn remarks(source: Source<'_>, declared: &Declaration) -> Result<Remarks, Box<Diagnostic>> {
     let mut remarks = Remarks::default();
     let mut lines = Vec::new();
     for range in &declared.comments {

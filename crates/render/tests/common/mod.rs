@@ -13,7 +13,7 @@ pub mod skies;
 use glam::{Mat4, Quat, Vec3, Vec4};
 use manypass::{AovPixels, Averaging, Background, Environment, FrameRequest, Gpu, Renderer, Switch, Tonemap, View};
 use manypass_scene::material::Specular;
-use manypass_scene::{Aabb, Mapped, Material, Projection, Scene};
+use manypass_scene::{Aabb, Material, Projection, Scene, TexturedFactor};
 use std::path::PathBuf;
 
 /// A renderer on the first adapter.
@@ -63,7 +63,7 @@ pub fn matte_white() -> Material {
         base_color_factor: Vec4::ONE,
         metallic_factor: 0.0,
         roughness_factor: 1.0,
-        specular: Some(Specular { weight: Mapped::new(0.0), ..Specular::default() }),
+        specular: Some(Specular { weight: TexturedFactor::new(0.0), ..Specular::default() }),
         ..Material::default()
     }
 }

@@ -2,7 +2,7 @@
 //! shown (`KHR_animation_pointer`).
 
 use super::{Interpolation, sample_weights, span};
-use crate::material::{LayerMap, Mapped, TextureRef};
+use crate::material::{LayerMap, TextureRef, TexturedFactor};
 use crate::{AlphaMode, LightKind, Material, NodeId, Projection, Scene};
 use glam::{Vec2, Vec3, Vec4};
 use std::collections::HashMap;
@@ -180,7 +180,7 @@ impl MaterialFactor {
 
 impl TextureSlot {
     fn texture(self, material: &mut Material) -> Option<&mut TextureRef> {
-        fn of<T>(mapped: &mut Mapped<T>) -> Option<&mut TextureRef> {
+        fn of<T>(mapped: &mut TexturedFactor<T>) -> Option<&mut TextureRef> {
             mapped.texture.as_mut()
         }
         match self {

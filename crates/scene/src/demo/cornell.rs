@@ -1,10 +1,10 @@
 //! The Cornell box: a white room with a red and a green wall under a lamp, all of it matte, to see what light does
 //! between surfaces (after Goral et al. 1984, "Modeling the Interaction of Light Between Diffuse Surfaces").
 
-use super::{Demo, pose};
+use super::builder::{Demo, pose};
 use crate::material::Specular;
 use crate::primitives::{cube, plane};
-use crate::{Camera, Mapped, Node, Projection, Scene};
+use crate::{Camera, Node, Projection, Scene, TexturedFactor};
 use glam::{Quat, Vec3};
 use std::f32::consts::FRAC_PI_2;
 
@@ -22,7 +22,8 @@ pub fn cornell() -> Scene {
     place.scene.add_node(None, Node { name: "Main".into(), camera: Some(0), ..pose(eye, Vec3::new(0.0, HALF_M, 0.0)) });
     let matte = |place: &mut Demo, name: &str, color: [f32; 3]| {
         let material = place.material(name, color, 0.0, 1.0);
-        place.scene.materials[material].specular = Some(Specular { weight: Mapped::new(0.0), ..Specular::default() });
+        place.scene.materials[material].specular =
+            Some(Specular { weight: TexturedFactor::new(0.0), ..Specular::default() });
         material
     };
     let white = matte(&mut place, "White", [0.73, 0.73, 0.73]);

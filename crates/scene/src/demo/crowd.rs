@@ -1,7 +1,7 @@
 //! Many small things, to see and to measure what levels of detail spare.
 
 use super::paint::{cloud, colors, tiled};
-use crate::material::{Clearcoat, Mapped, Sheen};
+use crate::material::{Clearcoat, Sheen, TexturedFactor};
 use crate::{
     Camera, Image, ImageSource, Light, LightKind, Material, Mesh, Node, PixelFormat, Pixels, Primitive, Projection,
     Scene, Texture, TextureRef, TextureTransform, primitives,
@@ -106,9 +106,9 @@ fn material_of(scene: &mut Scene, kind: usize) -> Material {
         let slope = Vec3::new((0.4 * x as f32).sin(), (0.4 * y as f32).cos(), 4.0).normalize();
         0.5 * slope + 0.5
     });
-    let weight = Mapped::new(1.0);
-    let coat = Clearcoat { weight, roughness: Mapped::new(0.1), normal_texture: None, normal_scale: 1.0 };
-    let velvet = Sheen { color: Mapped::new(Vec3::splat(0.3)), roughness: Mapped::new(0.5) };
+    let weight = TexturedFactor::new(1.0);
+    let coat = Clearcoat { weight, roughness: TexturedFactor::new(0.1), normal_texture: None, normal_scale: 1.0 };
+    let velvet = Sheen { color: TexturedFactor::new(Vec3::splat(0.3)), roughness: TexturedFactor::new(0.5) };
     Material {
         name: format!("pebble {kind}"),
         base_color_texture: Some(paint),

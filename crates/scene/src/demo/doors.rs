@@ -1,7 +1,7 @@
 //! Two chambers far apart, with a doorway in a wall of each, and two openings in the first: places for portals.
 
+use super::builder::{Demo, pose};
 use super::paint::{cover, slabs};
-use super::{Demo, pose};
 use crate::primitives::{cube, cylinder, plane, torus, uv_sphere};
 use crate::{Animation, Camera, Channel, Interpolation, Keyframes, Light, LightKind, Node, NodeId, Projection, Scene};
 use glam::{Quat, Vec2, Vec3};

@@ -1,6 +1,6 @@
 //! A colonnade at night under more than a thousand coloured lights, whose meshes and lights are shared by many nodes.
 
-use super::Demo;
+use super::builder::Demo;
 use super::shapes::{arc, cube, lathe};
 use crate::{AlphaMode, Camera, Light, LightKind, Node, Projection, Scene};
 use glam::{Quat, Vec2, Vec3};

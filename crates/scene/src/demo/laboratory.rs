@@ -1,8 +1,8 @@
 //! A laboratory with a tiled basin and two dark panels: a place for simulations.
 
+use super::builder::{Demo, pose};
 use super::paint::{cover, plaster, slabs};
 use super::room::chequers;
-use super::{Demo, pose};
 use crate::primitives::{cube, cylinder, plane, uv_sphere};
 use crate::{
     Animation, Camera, Channel, Interpolation, Keyframes, Light, LightKind, Node, NodeId, Projection, Scene,

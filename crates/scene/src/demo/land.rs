@@ -1,8 +1,7 @@
 //! The land around the lake of the shore: sand with ripples that is wet at the water, and hills with ridges.
 
-use super::Demo;
+use super::builder::Demo;
 use super::paint::{cloud, colors, image, normals, ridges, step, tiled};
-use super::shore::BASIN;
 use crate::{Mesh, Primitive, TextureRef, Wrap};
 use glam::{UVec2, Vec2, Vec3};
 
@@ -17,6 +16,8 @@ const WET_FROM: Vec2 = Vec2::new(-12.0, -5.0);
 const WET_M: Vec2 = Vec2::new(24.0, 12.0);
 /// What textures leave of the colours of vertices in the mean.
 const MEAN: f32 = 0.7;
+/// The middle of the basin.
+pub(super) const BASIN: Vec3 = Vec3::new(3.75, 0.0, 2.1);
 /// Higher triangles are hills.
 const HILLS_FROM_M: f32 = 1.0;
 

@@ -1,6 +1,8 @@
 //! The layers of materials on spheres before a chequered wall.
 
-use crate::material::{Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Mapped, Sheen, Specular, Volume};
+use crate::material::{
+    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, Sheen, Specular, TexturedFactor, Volume,
+};
 use crate::{Aabb, Camera, Material, Mesh, Node, Primitive, Projection, Scene, primitives};
 use glam::{Quat, Vec3, Vec4};
 
@@ -36,22 +38,27 @@ fn all() -> [Material; 10] {
         roughness_factor: roughness,
         ..Material::default()
     };
-    let coat =
-        Clearcoat { weight: Mapped::new(1.0), roughness: Mapped::new(0.03), normal_texture: None, normal_scale: 1.0 };
+    let coat = Clearcoat {
+        weight: TexturedFactor::new(1.0),
+        roughness: TexturedFactor::new(0.03),
+        normal_texture: None,
+        normal_scale: 1.0,
+    };
     let glass = |color: [f32; 3], roughness: f32, ior: f32| Material {
-        transmission: Some(Mapped::new(1.0)),
+        transmission: Some(TexturedFactor::new(1.0)),
         ior,
         volume: Some(Volume {
-            thickness: Mapped::new(RADIUS_M),
+            thickness: TexturedFactor::new(RADIUS_M),
             attenuation_distance_m: 0.35,
             attenuation_color: Vec3::from(color),
         }),
         ..of([1.0; 3], 0.0, roughness)
     };
-    let velvet = Sheen { color: Mapped::new(Vec3::new(0.9, 0.35, 0.5)), roughness: Mapped::new(0.45) };
-    let film = Iridescence { weight: Mapped::new(1.0), thickness_max_nm: 420.0, ..Iridescence::default() };
-    let leaf = DiffuseTransmission { weight: Mapped::new(0.6), color: Mapped::new(Vec3::new(0.5, 0.9, 0.15)) };
-    let glaze = Specular { color: Mapped::new(Vec3::new(1.0, 1.6, 2.6)), ..Specular::default() };
+    let velvet = Sheen { color: TexturedFactor::new(Vec3::new(0.9, 0.35, 0.5)), roughness: TexturedFactor::new(0.45) };
+    let film = Iridescence { weight: TexturedFactor::new(1.0), thickness_max_nm: 420.0, ..Iridescence::default() };
+    let leaf =
+        DiffuseTransmission { weight: TexturedFactor::new(0.6), color: TexturedFactor::new(Vec3::new(0.5, 0.9, 0.15)) };
+    let glaze = Specular { color: TexturedFactor::new(Vec3::new(1.0, 1.6, 2.6)), ..Specular::default() };
     [
         Material { name: "clear coat".into(), clearcoat: Some(coat), ..of([0.45, 0.02, 0.03], 0.6, 0.5) },
         Material {

@@ -1,6 +1,6 @@
 //! Bricks and cobbles that are flat but for their heights, and light that was baked.
 
-use crate::material::{DetailMaps, HeightMap, HeightMethod, LightEncoding, LightMap, Mapped};
+use crate::material::{DetailMaps, HeightMap, HeightMethod, LightEncoding, LightMap, TexturedFactor};
 use crate::{
     Camera, Image, ImageSource, Light, LightKind, Material, Mesh, Node, PixelFormat, Pixels, Primitive, Projection,
     Sampler, Scene, Texture, TextureRef, TextureTransform, Wrap, primitives,
@@ -25,7 +25,7 @@ pub fn relief() -> Scene {
         Vec3::new(0.05, 0.055, 0.07) + Vec3::new(0.75, 0.5, 0.24) * light
     });
     let light_map = LightMap {
-        light: Mapped { factor: 1.6, texture: Some(TextureRef { uv_set: 1, ..window }) },
+        light: TexturedFactor { factor: 1.6, texture: Some(TextureRef { uv_set: 1, ..window }) },
         encoding: LightEncoding::Linear,
         direction: None,
     };

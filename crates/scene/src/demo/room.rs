@@ -1,6 +1,6 @@
 //! A room with dark screens, a polished panel and a mobile that turns: a place for pictures within pictures.
 
-use super::{Demo, pose};
+use super::builder::{Demo, pose};
 use crate::primitives::{cube, cylinder, plane, torus, uv_sphere};
 use crate::{
     Animation, Camera, Channel, Image, ImageSource, Interpolation, Keyframes, Light, LightKind, Node, NodeId,

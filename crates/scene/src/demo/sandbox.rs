@@ -1,7 +1,7 @@
 //! A box of sand, on which a ball rolls and a stamp hops: a place for trails.
 
+use super::builder::{Demo, pose};
 use super::paint::{cloud, colors, cover, slabs};
-use super::{Demo, pose};
 use crate::primitives::{cube, cylinder, plane, uv_sphere};
 use crate::{Animation, Camera, Channel, Interpolation, Keyframes, Light, LightKind, Node, NodeId, Projection, Scene};
 use glam::{Quat, UVec2, Vec2, Vec3};

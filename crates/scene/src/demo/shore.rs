@@ -1,9 +1,9 @@
 //! The shore of a lake: sand that goes down into the water, boulders, a jetty, and a stone basin; dry, a place for water.
 
-use super::land::{self, chance, height_m, rough};
+use super::builder::{Demo, pose};
+use super::land::{self, BASIN, chance, height_m, rough};
 use super::paint::{cloud, colors, normals, ridges};
 use super::shapes::lathe;
-use super::{Demo, pose};
 use crate::primitives::{cube, cylinder, plane, torus, uv_sphere};
 use crate::{Animation, Camera, Channel, Interpolation, Keyframes, Node, NodeId, Projection, Scene};
 use glam::{Quat, UVec2, Vec2, Vec3};
@@ -12,9 +12,6 @@ use std::f32::consts::TAU;
 /// How long the buoy takes to rise and fall, in seconds, and how far it goes, in metres.
 const SWELL_SECS: f32 = 2.4;
 const SWELL_M: f32 = 0.03;
-/// The middle of the basin.
-pub(super) const BASIN: Vec3 = Vec3::new(3.75, 0.0, 2.1);
-
 /// A bay of about 60 metres with hills behind it, whose ground is at −4 m in the deepest place: where water is to be, the
 /// plane `Lake` lies at a height of 0, and `Pool` in a basin at 0.62 m. A jetty, boulders, columns that stand in the lake, and a `Buoy`
 /// that goes up and down in 2.4 seconds. Camera `Shore`. There is no light but that of the environment.

@@ -1,6 +1,7 @@
 //! A yard between two walls, and images for what lies and sticks on them: a place for decals.
 
-use super::{Demo, paint, pose};
+use super::builder::{Demo, pose};
+use super::paint;
 use crate::chance::unit;
 use crate::primitives::{cube, cylinder, plane};
 use crate::{Camera, Image, ImageSource, Light, LightKind, Node, NodeId, PixelFormat, Pixels, Projection, Scene};

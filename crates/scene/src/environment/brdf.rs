@@ -1,6 +1,7 @@
 //! A table of what surfaces reflect of light from everywhere, as a file.
 
-use super::{EnvironmentError, decode_light, holds_light};
+use super::map::EnvironmentError;
+use super::picture::{decode_light, holds_light};
 use crate::gltf_file::MAX_FILE_BYTES;
 use crate::input_file;
 use std::io::Cursor;

@@ -3,8 +3,13 @@
 //! Pictures are as they are seen from the middle of the cube, and lie as three.js has them: faces are named for axes of
 //! a left-handed space, so that +X is on the left of who looks along +Z.
 
-use super::{Decoded, EnvironmentError, EnvironmentMap, KEPT_WIDTH_MAX, cut, equirectangular_direction};
-use super::{decode_exr, decode_radiance, is_exr, is_radiance};
+use super::exr_file::decode_exr;
+use super::map::{
+    Cube, EnvironmentError, EnvironmentMap, KEPT_WIDTH_MAX, PaddedFace, UncheckedPicture, cut,
+    equirectangular_direction,
+};
+use super::picture::is_exr;
+use super::radiance::{decode_radiance, is_radiance};
 use crate::colour::linear_from_srgb;
 use crate::gltf_file::MAX_FILE_BYTES;
 use crate::input_file;
@@ -72,19 +77,6 @@ fn all_names() -> String {
     NAMES.map(|names| names.join(" ")).join(", or ")
 }
 
-/// A face: its texels with a border of those around it.
-#[derive(Clone, Debug, PartialEq)]
-struct Padded {
-    texels: Vec<Vec3>,
-}
-
-/// The faces of a cube.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Cube {
-    side: usize,
-    faces: Vec<Padded>,
-}
-
 impl Cube {
     /// Of faces of `side` texels a side.
     fn new(side: usize, faces: &[Vec<Vec3>]) -> Self {
@@ -118,13 +110,13 @@ impl Cube {
                 let sum: Vec3 = meeting.into_iter().map(|(x, y)| texels[y * wide + x]).sum();
                 texels[y * wide + x] = sum / 3.0;
             }
-            Padded { texels }
+            PaddedFace { texels }
         };
         Self { side, faces: (0..6).map(padded).collect() }
     }
 
     /// Made smaller by a whole factor if faces are wider than `kept_side`; and how many values were no radiance.
-    pub fn made_smaller(faces: &[Decoded], kept_side: u32) -> (Self, u64) {
+    pub fn made_smaller(faces: &[UncheckedPicture], kept_side: u32) -> (Self, u64) {
         let side = faces.first().map_or(1, |face| face.width);
         let factor = side.div_ceil(kept_side).max(1);
         let mut cut_count = 0;
@@ -198,13 +190,13 @@ impl EnvironmentMap {
     }
 
     /// Of six faces of one size.
-    pub(super) fn of_cube(name: &str, faces: &[Decoded]) -> Self {
+    pub(super) fn of_cube(name: &str, faces: &[UncheckedPicture]) -> Self {
         // As fine as the middles of faces.
         let (cube, cut_count) = Cube::made_smaller(faces, KEPT_WIDTH_MAX / 4);
         let side = cube.side as u32;
         let (width, height) = (4 * side, 2 * side);
         let texel = |i: u32| cube.seen(equirectangular_direction((i % width, i / width), (width, height))).to_array();
-        let decoded = Decoded { width, height, rgb: (0..width * height).map(texel).collect() };
+        let decoded = UncheckedPicture { width, height, rgb: (0..width * height).map(texel).collect() };
         let mut map = Self::from_decoded(name, &decoded, KEPT_WIDTH_MAX);
         if faces.iter().any(|face| face.width > side) {
             map.notes.push(format!("environment \"{name}\": its faces are made smaller, {side}x{side}"));
@@ -250,7 +242,7 @@ fn check_face(width: u32, height: u32) -> Result<(), String> {
     Ok(())
 }
 
-fn decode_face(bytes: &[u8]) -> Result<Decoded, String> {
+fn decode_face(bytes: &[u8]) -> Result<UncheckedPicture, String> {
     if is_exr(bytes) {
         return decode_exr(bytes, check_face);
     }
@@ -265,11 +257,11 @@ fn decode_face(bytes: &[u8]) -> Result<Decoded, String> {
     let picture = reader()?.decode().map_err(failed)?.into_rgb8();
     let linear: [f32; 256] = std::array::from_fn(|byte| linear_from_srgb(byte as f32 / 255.0));
     let rgb = picture.pixels().map(|pixel| pixel.0.map(|byte| linear[usize::from(byte)])).collect();
-    Ok(Decoded { width, height, rgb })
+    Ok(UncheckedPicture { width, height, rgb })
 }
 
 /// Means of `factor` by `factor` texels.
-fn made_smaller(face: &Decoded, factor: u32, cut_count: &mut u64) -> Vec<Vec3> {
+fn made_smaller(face: &UncheckedPicture, factor: u32, cut_count: &mut u64) -> Vec<Vec3> {
     let side = (face.width / factor).max(1);
     let mut mean = |i: u32| {
         let (x, y) = (i % side * factor, i / side * factor);

@@ -1,6 +1,6 @@
 //! Stands in for the reader of OpenEXR files where the feature `exr` is off.
 
-use super::{CheckSize, Decoded};
+use super::map::{CheckSize, UncheckedPicture};
 
 const MESSAGE: &str = "it is an OpenEXR file, and this program was built without the feature `exr`";
 
@@ -8,6 +8,6 @@ pub(super) fn size(_bytes: &[u8]) -> Result<(u32, u32), String> {
     Err(MESSAGE.into())
 }
 
-pub(super) fn decode_exr(_bytes: &[u8], _check_size: CheckSize) -> Result<Decoded, String> {
+pub(super) fn decode_exr(_bytes: &[u8], _check_size: CheckSize) -> Result<UncheckedPicture, String> {
     Err(MESSAGE.into())
 }

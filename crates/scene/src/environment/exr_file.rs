@@ -1,6 +1,6 @@
 //! Pictures in OpenEXR files (.exr).
 
-use super::{CheckSize, Decoded};
+use super::map::{CheckSize, UncheckedPicture};
 use exr::meta::header::Header;
 use exr::prelude::{ReadChannels, ReadLayers, read};
 use std::io::Cursor;
@@ -44,7 +44,7 @@ fn size_of(part: &Header) -> (u32, u32) {
     (side(part.layer_size.0), side(part.layer_size.1))
 }
 
-pub(super) fn decode_exr(bytes: &[u8], check_size: CheckSize) -> Result<Decoded, String> {
+pub(super) fn decode_exr(bytes: &[u8], check_size: CheckSize) -> Result<UncheckedPicture, String> {
     let failed = |error: exr::error::Error| exr_fault(&error);
     let meta = exr::meta::MetaData::read_from_buffered(Cursor::new(bytes), false).map_err(failed)?;
     meta.headers.iter().map(size_of).try_for_each(|(width, height)| check_size(width, height))?;
@@ -62,7 +62,7 @@ pub(super) fn decode_exr(bytes: &[u8], check_size: CheckSize) -> Result<Decoded,
     let image = reader.first_valid_layer().all_attributes().non_parallel().from_buffered(Cursor::new(bytes));
     let layer = image.map_err(failed)?.layer_data;
     let side = |side: usize| u32::try_from(side).unwrap_or(u32::MAX);
-    Ok(Decoded { width: side(layer.size.0), height: side(layer.size.1), rgb: layer.channel_data.pixels.1 })
+    Ok(UncheckedPicture { width: side(layer.size.0), height: side(layer.size.1), rgb: layer.channel_data.pixels.1 })
 }
 
 #[cfg(test)]

@@ -1,9 +1,8 @@
 //! Cube maps in KTX2 containers. Levels below the first are taken to be prefiltered: what a surface reflects whose
 //! perceptual roughness is the level divided by the number of the last one, as tools that prefilter write them.
 
-use super::cube::Cube;
-use super::parts::{Level, PrefilteredEnvironment};
-use super::{Decoded, EnvironmentError, EnvironmentMap, FACE_SIDE_MAX};
+use super::cube::FACE_SIDE_MAX;
+use super::map::{Cube, EnvironmentError, EnvironmentMap, Level, PrefilteredEnvironment, UncheckedPicture};
 use crate::ktx2::{Header, header, level};
 use half::f16;
 
@@ -83,12 +82,12 @@ impl TexelFormat {
 }
 
 /// The six faces of a level.
-fn faces(bytes: &[u8], header: &Header, index: u32) -> Result<Vec<Decoded>, String> {
+fn faces(bytes: &[u8], header: &Header, index: u32) -> Result<Vec<UncheckedPicture>, String> {
     let format = TexelFormat::of(header)?;
     let side = (header.width >> index).max(1);
     let face_bytes = side as usize * side as usize * format.bytes();
     let texels = level(bytes, header, index, 6 * face_bytes)?;
-    let face = |bytes: &[u8]| Decoded {
+    let face = |bytes: &[u8]| UncheckedPicture {
         width: side,
         height: side,
         rgb: bytes.chunks_exact(format.bytes()).map(|texel| format.read(texel)).collect(),

@@ -1,8 +1,8 @@
 //! What files bring of an environment that the renderer else works out: what rough surfaces reflect of it, in pictures
 //! of its own, and irradiance.
 
-use super::cube::Cube;
-use super::{EnvironmentError, EnvironmentMap};
+use super::cube::files_of;
+use super::map::{EnvironmentError, EnvironmentMap, Level, LightPicture, PrefilteredEnvironment};
 use glam::Vec3;
 use half::f16;
 use std::f32::consts::{PI, TAU};
@@ -16,16 +16,6 @@ pub(crate) const LEVEL: &str = "{level}";
 
 /// So many pictures are looked for.
 const LEVELS_MAX: u32 = 32;
-
-/// Light by direction, in an equirectangular picture; between its texels it goes evenly.
-#[derive(Clone, Debug, PartialEq)]
-pub struct LightPicture {
-    /// The file.
-    pub name: String,
-    width: usize,
-    height: usize,
-    texels: Vec<Vec3>,
-}
 
 impl LightPicture {
     /// That of a map, made smaller by a whole factor where it is wide. Where the factor leaves a remainder, some blocks
@@ -81,13 +71,6 @@ impl LightPicture {
     }
 }
 
-/// What a surface of a roughness reflects.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Level {
-    Cube(Cube),
-    Picture(LightPicture),
-}
-
 impl Level {
     fn seen(&self, direction: Vec3) -> Vec3 {
         match self {
@@ -95,16 +78,6 @@ impl Level {
             Self::Picture(picture) => picture.seen(direction),
         }
     }
-}
-
-/// What surfaces of more and more roughness reflect of an environment, seen along their normals: prefiltered by other
-/// tools.
-#[derive(Clone, Debug, PartialEq)]
-pub struct PrefilteredEnvironment {
-    /// The file, or what stands for those of all levels.
-    pub name: String,
-    /// Of perceptual roughness from 0 to 1, in equal steps; two at least.
-    pub(super) levels: Vec<Level>,
 }
 
 impl PrefilteredEnvironment {
@@ -205,7 +178,7 @@ impl EnvironmentMap {
 
 /// The files that [`EnvironmentMap::load_prefiltered`] reads.
 pub fn prefiltered_files(path: &Path) -> Vec<PathBuf> {
-    level_files(path).unwrap_or_else(|| super::files_of(path))
+    level_files(path).unwrap_or_else(|| files_of(path))
 }
 
 #[cfg(test)]

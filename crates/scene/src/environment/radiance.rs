@@ -3,7 +3,7 @@
 //! Source: Ward, "Real Pixels", Graphics Gems II, 1991, and the file format reference of Radiance. What a header calls
 //! EXPOSURE and COLORCORR was multiplied into the texels, every line of them, and is divided out of them again.
 
-use super::{CheckSize, Decoded};
+use super::map::{CheckSize, UncheckedPicture};
 use image::codecs::hdr::{HdrDecoder, HdrMetadata};
 use image::{ImageDecoder, ImageError};
 use std::io::{ErrorKind, Read};
@@ -20,7 +20,7 @@ pub(super) fn size(bytes: &[u8]) -> Result<(u32, u32), String> {
     decoder(bytes).map(|decoder| decoder.dimensions())
 }
 
-pub(super) fn decode_radiance(bytes: &[u8], check_size: CheckSize) -> Result<Decoded, String> {
+pub(super) fn decode_radiance(bytes: &[u8], check_size: CheckSize) -> Result<UncheckedPicture, String> {
     let decoder = decoder(bytes)?;
     let (width, height) = decoder.dimensions();
     check_size(width, height)?;
@@ -40,7 +40,7 @@ pub(super) fn decode_radiance(bytes: &[u8], check_size: CheckSize) -> Result<Dec
             }
         }
     }
-    Ok(Decoded { width, height, rgb })
+    Ok(UncheckedPicture { width, height, rgb })
 }
 
 /// A decoder that has read the header.

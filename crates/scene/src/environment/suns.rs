@@ -1,6 +1,6 @@
 //! Strong small sources of a picture of the environment: its sun, and lamps.
 
-use super::{EnvironmentLight, EnvironmentMap, equirectangular_direction};
+use super::map::{EnvironmentLight, EnvironmentMap, equirectangular_direction};
 use glam::{DVec3, Vec3};
 use half::f16;
 use half::slice::HalfFloatSliceExt;

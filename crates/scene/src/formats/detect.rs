@@ -1,6 +1,9 @@
 //! What files of each format begin with. It is told without the readers, too, so that an error can say what is missing.
 
-use super::Format;
+use super::format::Format;
+
+/// How many bytes of a file are looked at to tell its format.
+pub(super) const START_BYTES: usize = 64 << 10;
 
 pub(super) const STL_HEADER_BYTES: usize = 84;
 pub(super) const STL_TRIANGLE_BYTES: usize = 50;

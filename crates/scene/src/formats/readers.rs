@@ -11,9 +11,11 @@ mod stl;
 mod text;
 mod threemf;
 mod two_sided;
+mod vertex_corners;
 
-use super::{Format, START_BYTES};
-use crate::gltf_file::{self, LoadError, Loaded};
+use super::detect::START_BYTES;
+use super::format::Format;
+use crate::gltf_file::{self, LoadError, LoadedScene};
 use crate::tally::Tally;
 use std::fmt::Display;
 
@@ -30,7 +32,7 @@ type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
 ///
 /// # Errors
 /// It is broken; with the place in it.
-pub(super) fn load(format: Format, bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadError> {
+pub(super) fn load(format: Format, bytes: &[u8], resolve: &mut Resolve) -> Result<LoadedScene, LoadError> {
     match format {
         Format::Gltf => gltf_file::load_bytes(bytes, resolve, ""),
         Format::Stl => stl::load(bytes),

@@ -6,8 +6,11 @@
 //! far from the picture's middle: planes of a smaller slope that still meet at the camera. That slope is found by Newton's
 //! method on a convex function made of straight pieces, one for each pair of supports, so it ends after a few exact steps.
 
-use super::{MARGIN, points::Points};
+use super::points::Points;
 use glam::{Mat3, Quat, Vec2, Vec3};
+
+/// The share of the picture's width or height that stays free on each side of what is framed.
+pub const MARGIN: f32 = 0.06;
 
 /// What is framed, relative to an origin.
 #[derive(Clone, Debug)]

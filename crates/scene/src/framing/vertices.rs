@@ -78,14 +78,14 @@ fn kept_properties(scene: &Scene, animation: usize) -> Vec<(NodeId, Vec3, Quat, 
 
 /// How a node's mesh was posed when its vertices were added.
 #[derive(Clone, Debug)]
-struct Posed {
+struct NodePose {
     world_from_object: Mat4,
     morph_weights: Vec<f32>,
     /// Those of [`Collector::skins`]; none without a skin.
     joints: Option<Arc<[Mat4]>>,
 }
 
-impl Posed {
+impl NodePose {
     /// Whether the other is the same pose. Joints that stayed are the same in memory, too.
     fn is(&self, other: &Self) -> bool {
         let is_same_skin = match (&self.joints, &other.joints) {
@@ -101,7 +101,7 @@ struct Collector {
     /// Of each mesh and primitive, the vertices that its indices name; nothing where all are drawn.
     drawn: Vec<Vec<Option<Vec<u32>>>>,
     has_vertices: bool,
-    last: Vec<Option<Posed>>,
+    last: Vec<Option<NodePose>>,
     /// The joints of each skin, which its nodes share; as they were where none has moved.
     skins: Vec<Arc<[Mat4]>>,
     points: Vec<Vec3>,
@@ -136,7 +136,7 @@ impl Collector {
                 continue;
             };
             let own = if node.morph_weights.is_empty() { &mesh.default_morph_weights } else { &node.morph_weights };
-            let posed = Posed {
+            let posed = NodePose {
                 world_from_object: node.world_from_object,
                 morph_weights: own.clone(),
                 joints: node.skin.and_then(|skin| self.skins.get(skin)).cloned(),
@@ -190,7 +190,7 @@ fn push_box(points: &mut Vec<Vec3>, node: &Node, primitive: &Primitive) {
     }
 }
 
-fn push_vertices(points: &mut Vec<Vec3>, posed: &Posed, primitive: &Primitive, named: Option<&[u32]>) {
+fn push_vertices(points: &mut Vec<Vec3>, posed: &NodePose, primitive: &Primitive, named: Option<&[u32]>) {
     let world_from_object = posed.world_from_object;
     points.reserve(named.map_or(primitive.positions.len(), <[u32]>::len));
     let matrices = posed.joints.as_deref().unwrap_or_default();

@@ -1,28 +1,11 @@
 //! Accessors: typed arrays in buffers, with strides, normalised integers and sparse replacements.
 
-use super::{Document, LoadError, json::Json};
+use super::component::Component;
+use super::document::Document;
+use super::error::LoadError;
+use super::json::Json;
 use crate::turns::{Turns, at_once, in_slices};
 use std::ops::Range;
-
-#[derive(Clone, Copy, PartialEq, Eq, Debug)]
-pub(super) enum Component {
-    I8,
-    U8,
-    I16,
-    U16,
-    U32,
-    F32,
-}
-
-impl Component {
-    pub(super) fn bytes(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::U32 | Self::F32 => 4,
-        }
-    }
-}
 
 /// What an accessor says of itself.
 pub(super) struct Header {

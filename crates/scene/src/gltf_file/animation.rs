@@ -2,15 +2,16 @@
 
 mod pointer;
 
-use super::accessor::{Component, to_f32};
-use super::{Document, LoadError, json::Json};
+use super::accessor::to_f32;
+use super::component::Component;
+use super::document::Document;
+use super::error::LoadError;
+use super::json::Json;
 use crate::animation::{MaterialFactor, Property, PropertyChannel};
 use crate::{Animation, Channel, Interpolation, Keyframes, NodeId, Scene};
 use glam::{Quat, Vec3};
+use pointer::NODE_PATHS;
 use std::collections::HashSet;
-
-/// What a channel of a node may change.
-const NODE_PATHS: [&str; 4] = ["translation", "rotation", "scale", "weights"];
 
 /// Every animation.
 pub(super) fn read_animations(document: &mut Document, scene: &mut Scene) -> Result<(), LoadError> {

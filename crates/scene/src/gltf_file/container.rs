@@ -1,7 +1,10 @@
 //! The outside of a file: the chunks of GLB, URIs, buffers and buffer views.
 
+use super::document::View;
+use super::error::LoadError;
 use super::faults::{Faults, List};
-use super::{Document, LoadError, json::Json, meshopt};
+use super::json::Json;
+use super::packed::is_fallback;
 use std::borrow::Cow;
 
 /// UTF-8's mark, which some exporters write all the same.
@@ -9,14 +12,6 @@ pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 /// The first bytes of a GLB.
 pub(super) const GLB_MAGIC: &[u8] = b"glTF";
-
-/// A checked range of a buffer.
-pub(super) struct View {
-    pub(super) buffer: usize,
-    pub(super) offset: usize,
-    pub(super) length: usize,
-    pub(super) stride: Option<usize>,
-}
 
 /// Fetches the bytes of a relative URI.
 pub(super) type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
@@ -125,7 +120,7 @@ fn base64_decode(text: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// The bytes of every buffer; none for a buffer without a URI that is not the binary chunk. The first buffer of a GLB
-/// is that chunk, unless it has a URI. Buffers that packed bufferViews stand in for are left out; see [`meshopt`].
+/// is that chunk, unless it has a URI. Buffers that packed bufferViews stand in for are left out; see [`is_fallback`].
 pub(super) fn read_buffers<'a>(
     root: &Json<'a>,
     binary: Option<&'a [u8]>,
@@ -138,7 +133,7 @@ pub(super) fn read_buffers<'a>(
         let mut read = || {
             let length = buffer.require_integer("byteLength")?;
             let bytes = match buffer.string("uri")? {
-                Some(_) if meshopt::is_fallback(&buffer)? => None,
+                Some(_) if is_fallback(&buffer)? => None,
                 Some(uri) => Some(Cow::Owned(fetch_buffer(&buffer, uri, resolve)?)),
                 None if i == 0 && is_glb && binary.is_none() => {
                     return Err(buffer.error("uri", "the GLB has no binary chunk for it; export the model again"));
@@ -202,35 +197,4 @@ fn read_view(view: &Json, buffers: &[Option<Cow<[u8]>>], lengths: &[usize]) -> R
         return Err(view.error("byteLength", message));
     }
     Ok(View { buffer, offset, length, stride })
-}
-
-impl Document<'_> {
-    /// Whether the buffer of a view has bytes; glTF allows one without a URI.
-    pub(super) fn has_bytes(&self, view: usize) -> bool {
-        let buffer = self.views.get(view).and_then(|view| self.buffers.get(view.buffer));
-        buffer.is_some_and(Option::is_some)
-    }
-
-    /// What is wrong with a view or its buffer.
-    ///
-    /// # Errors
-    /// Something is.
-    pub(super) fn check_view(&self, index: usize) -> Result<(), LoadError> {
-        self.faults.check(List::Views, index)?;
-        self.views.get(index).map_or(Ok(()), |view| self.faults.check(List::Buffers, view.buffer))
-    }
-
-    /// The bytes of a buffer view that `pointer` refers to.
-    pub(super) fn view_bytes(&self, index: usize, pointer: &str) -> Result<(&[u8], Option<usize>), LoadError> {
-        let view = self.views.get(index).ok_or_else(|| {
-            LoadError::invalid(pointer, format!("refers to bufferView {index}, but there are {}", self.views.len()))
-        })?;
-        self.check_view(index)?;
-        let bytes = self.buffers.get(view.buffer).and_then(Option::as_ref);
-        let bytes = bytes.and_then(|bytes| bytes.get(view.offset..view.offset.saturating_add(view.length)));
-        let bytes = bytes.ok_or_else(|| {
-            LoadError::invalid(pointer, "refers to a buffer that has no bytes; give the buffer a uri")
-        })?;
-        Ok((bytes, view.stride))
-    }
 }

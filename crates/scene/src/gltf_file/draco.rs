@@ -3,23 +3,19 @@
 //!
 //! Source: the specification of that name (Khronos 3D Formats); the bitstream is Google's Draco 2.2, by `draco-core`.
 
+mod accessors;
 #[cfg(not(feature = "draco"))]
 #[path = "draco/absent.rs"]
 mod decode;
 #[cfg(feature = "draco")]
 mod decode;
 
-use super::accessor::Component;
-use super::{Document, LoadError, json::Json};
+use super::document::Document;
+use super::error::LoadError;
+use super::json::Json;
+use accessors::packed_accessors;
 
 const NAME: &str = "KHR_draco_mesh_compression";
-
-/// The elements of an accessor, tightly packed.
-pub(super) struct Unpacked {
-    pub(super) component: Component,
-    pub(super) count: usize,
-    pub(super) bytes: Vec<u8>,
-}
 
 /// Unpacks the primitive at `json`, so that [`Document::read`] finds its accessors; says whether it is packed. Broken
 /// data are a warning where the file does not require the extension and every accessor has bytes of its own.
@@ -45,26 +41,4 @@ pub(super) fn unpack(document: &mut Document, json: &Json) -> Result<bool, LoadE
             Ok(false)
         }
     }
-}
-
-/// The attributes that are packed: where the extension names each, its accessor, and its number in the packed data; and
-/// the accessor of the indices, without a number.
-fn packed_accessors(
-    document: &Document,
-    json: &Json,
-    extension: &Json,
-) -> Result<Vec<(String, usize, Option<u32>)>, LoadError> {
-    let (attributes, packed) = (json.require_object("attributes")?, extension.require_object("attributes")?);
-    let mut accessors = Vec::new();
-    for key in packed.keys() {
-        let unique_id = packed.require_integer(key)?;
-        let unique_id = u32::try_from(unique_id).map_err(|_| packed.error(key, "expected an integer of 32 bits"))?;
-        let accessor = attributes.index(key, document.accessors.len(), "accessor")?;
-        let accessor = accessor.ok_or_else(|| packed.error(key, "the primitive has no such attribute"))?;
-        accessors.push((packed.at(key), accessor, Some(unique_id)));
-    }
-    let indices = json.index("indices", document.accessors.len(), "accessor")?;
-    let indices = indices.ok_or_else(|| json.error("indices", "expected the accessor that the triangles stand for"))?;
-    accessors.push((json.at("indices"), indices, None));
-    Ok(accessors)
 }

@@ -4,8 +4,11 @@
 //! Source: the specification of that name (Khronos 3D Formats). Attributes that do not place an instance are passed
 //! over, as it allows.
 
-use super::accessor::{Component, to_f32};
-use super::{Document, LoadError, json::Json};
+use super::accessor::to_f32;
+use super::component::Component;
+use super::document::Document;
+use super::error::LoadError;
+use super::json::Json;
 use crate::{Channel, Keyframes, Node, NodeId, Scene, scenes::MAX_DRAWN_PRIMITIVES};
 use glam::{Quat, Vec3};
 

@@ -3,7 +3,9 @@
 //! Source: the extension's specification (Microsoft, in Khronos' registry). It leaves open what screen coverage is;
 //! here it is the share of the picture's area that the ball around a node takes, as Babylon.js has it.
 
-use super::{Document, LoadError, json::Json};
+use super::document::Document;
+use super::error::LoadError;
+use super::json::Json;
 use crate::{Levels, NodeId, Scene};
 use std::collections::BTreeSet;
 

@@ -1,26 +1,25 @@
 //! Images, textures, samplers and materials.
 
 mod layers;
+mod slots;
 
 use super::container::{Resolve, decoded_uri, fetch};
-use super::faults::{List, index_or_none};
-use super::{Document, LoadError, json::Json};
+use super::document::Document;
+use super::error::LoadError;
+use super::faults::List;
+use super::files::texel_budget_bytes;
+use super::json::Json;
+use super::needed::index_or_none;
 use crate::{
-    AlphaMode, Image, ImageSource, Material, ON_ITS_WAY, PixelFormat, Pixels, Sampler, ShadingModel, Texture,
-    TextureRef, TextureTransform, Wrap,
+    AlphaMode, Image, ImageSource, Material, ON_ITS_WAY, PixelFormat, Pixels, Sampler, ShadingModel, Texture, Wrap,
 };
-use glam::{Vec2, Vec3, Vec4};
+use glam::{Vec3, Vec4};
+use slots::Slots;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
 fn white() -> ImageSource {
     ImageSource::Pixels(Arc::new(Pixels { width: 1, height: 1, format: PixelFormat::Rgba8, data: vec![255; 4] }))
-}
-
-/// What all images of a file may take as texels: 1 GiB, and more for a file with many bytes of images. So a few
-/// kilobytes cannot claim all memory, and honest models, whose images are seldom packed more tightly, stay far below.
-pub(crate) fn texel_budget_bytes(encoded_bytes: u64) -> u64 {
-    (1 << 30) + encoded_bytes.saturating_mul(64)
 }
 
 /// The images of a file.
@@ -175,15 +174,6 @@ pub(super) fn read_textures(document: &mut Document, images: &mut Images) -> Res
     Ok(textures)
 }
 
-struct Slots<'d, 'a> {
-    document: &'d mut Document<'a>,
-    has_image: Vec<bool>,
-    /// The UV sets of the file that vertices have for the material that is read.
-    uv_sets: [u32; 2],
-    /// Whether the layers of the material that is read may be animated: then those count that have no weight yet.
-    is_animated: bool,
-}
-
 /// The materials whose extensions pointers of animations name. What is broken in animations is said where they are read.
 fn animated_materials(document: &Document) -> BTreeSet<usize> {
     let mut found = BTreeSet::new();
@@ -198,48 +188,6 @@ fn animated_materials(document: &Document) -> BTreeSet<usize> {
         }
     }
     found
-}
-
-impl Slots<'_, '_> {
-    /// Whether a layer is read that counts as it stands, or does not.
-    fn keeps(&self, counts: bool) -> bool {
-        counts || self.is_animated
-    }
-
-    /// The UV set of the file that is one of vertices.
-    fn uv_set_of(&self, slot: u32) -> usize {
-        self.uv_sets.get(slot as usize).map_or(0, |set| *set as usize)
-    }
-
-    fn read(&mut self, json: &Json, key: &str) -> Result<Option<TextureRef>, LoadError> {
-        let Some(info) = json.object(key)? else { return Ok(None) };
-        self.read_info(&info, 0)
-    }
-
-    /// A texture by its index, on the UV set `uv_set` unless it says another one.
-    fn read_info(&mut self, info: &Json, uv_set: usize) -> Result<Option<TextureRef>, LoadError> {
-        let texture = info.index("index", self.has_image.len(), "texture")?;
-        let texture = texture.ok_or_else(|| info.error("index", "expected the index of a texture"))?;
-        let mut uv_set = info.integer("texCoord")?.unwrap_or(uv_set);
-        let mut transform = TextureTransform::default();
-        if let Some(extension) = info.extension("KHR_texture_transform")? {
-            uv_set = extension.integer("texCoord")?.unwrap_or(uv_set);
-            transform = TextureTransform {
-                offset: Vec2::from(extension.numbers("offset")?.unwrap_or([0.0; 2])),
-                rotation_rad: extension.number("rotation")?.unwrap_or(0.0),
-                scale: Vec2::from(extension.numbers("scale")?.unwrap_or([1.0; 2])),
-            };
-        }
-        let slot = self.uv_sets.iter().position(|set| *set as usize == uv_set);
-        if slot.is_none() {
-            let [first, second] = self.uv_sets;
-            let message = format!("a material has two UV sets, here {first} and {second}; set {first} is used");
-            self.document.warn(&info.at("texCoord"), &message);
-        }
-        let uv_set = slot.unwrap_or(0);
-        let has_image = self.has_image.get(texture).copied().unwrap_or(false);
-        Ok(has_image.then_some(TextureRef { texture, uv_set: uv_set as u32, transform }))
-    }
 }
 
 /// Every material. Where the image of a texture could not be read, it has no texture: a material without one is

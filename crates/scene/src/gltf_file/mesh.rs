@@ -1,8 +1,12 @@
 //! Meshes and their primitives.
 
-use super::accessor::{Component, to_f32, to_u32};
+use super::accessor::{to_f32, to_u32};
+use super::component::Component;
+use super::document::Document;
+use super::error::LoadError;
 use super::faults::List;
-use super::{Document, LoadError, draco, geometry, json::Json};
+use super::json::Json;
+use super::{draco, geometry};
 use crate::turns::{Turns, give_turn, in_slices};
 use crate::{Material, Mesh, MorphTarget, Primitive, Topology};
 use glam::{Vec3, Vec4};

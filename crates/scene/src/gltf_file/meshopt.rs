@@ -11,28 +11,13 @@ mod decode;
 #[cfg(feature = "meshopt")]
 mod decode;
 
-use super::container::{self, Resolve, View};
-use super::{Document, LoadError, MAX_FILE_BYTES, json::Json};
+use super::container::{self, Resolve};
+use super::document::{Document, View};
+use super::error::LoadError;
+use super::files::MAX_FILE_BYTES;
+use super::json::Json;
+use super::packed::{NAMES, extension, is_fallback};
 use std::borrow::Cow;
-
-/// The extension and its successor; the latter wins where a bufferView has both.
-const NAMES: [&str; 2] = ["KHR_meshopt_compression", "EXT_meshopt_compression"];
-
-/// The extension on a bufferView or a buffer; none without it.
-fn extension<'a>(json: &Json<'a>) -> Result<Option<Json<'a>>, LoadError> {
-    for name in NAMES {
-        if let Some(extension) = json.extension(name)? {
-            return Ok(Some(extension));
-        }
-    }
-    Ok(None)
-}
-
-/// Whether a buffer holds only what the packed bufferViews hold too, so that it is read only where one of them is
-/// broken.
-pub(super) fn is_fallback(buffer: &Json) -> Result<bool, LoadError> {
-    extension(buffer)?.map_or(Ok(false), |extension| extension.bool("fallback", false))
-}
 
 /// What all packed bufferViews of a file may take unpacked: 256 MiB, and more for larger files, but no more than a file
 /// that is not packed could hold. So a few kilobytes that many bufferViews share cannot claim all memory.

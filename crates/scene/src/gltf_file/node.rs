@@ -1,8 +1,12 @@
 //! Nodes, cameras, lights and skins.
 
-use super::accessor::{Component, to_f32};
-use super::faults::{List, index_or_none};
-use super::{Document, LoadError, json::Json};
+use super::accessor::to_f32;
+use super::component::Component;
+use super::document::Document;
+use super::error::LoadError;
+use super::faults::List;
+use super::json::Json;
+use super::needed::index_or_none;
 use crate::light::{CONE_MIN_RAD, RANGE_MIN_M};
 use crate::{Camera, Light, LightKind, LightMode, Node, NodeId, Projection, Scene, SceneRoots, Skin};
 use glam::{Mat4, Quat, Vec3};

@@ -6,7 +6,10 @@
 //! and `distances` (VEC2: [`Probe::distances`]).
 
 use super::accessor::to_f32;
-use super::{Document, LoadError, Numbers, Parts, json::Json};
+use super::document::Document;
+use super::error::LoadError;
+use super::json::Json;
+use super::write::{Numbers, Parts};
 use crate::probes::{
     AmbientCube, DISTANCE_SIDE, GRIDS_MAX, Harmonics, Probe, ProbeBasis, ProbeGrid, ProbeLight, SmallSource,
 };
@@ -171,7 +174,7 @@ mod tests {
         grid
     }
 
-    fn loaded(parts: &Parts) -> Result<crate::Loaded, LoadError> {
+    fn loaded(parts: &Parts) -> Result<crate::LoadedScene, LoadError> {
         load_bytes(&parts.clone().to_glb().unwrap(), &mut |_| Err("none".into()), "a.glb")
     }
 

@@ -1,7 +1,8 @@
 //! Which files a model names, without reading them.
 
 use super::container::{self, decoded_uri, percent_decode};
-use super::{LoadError, MAX_FILE_BYTES, checked_relative_path, read_file};
+use super::error::LoadError;
+use super::files::{MAX_FILE_BYTES, checked_relative_path, read_file};
 use serde_json::Value;
 use std::io::Read;
 use std::path::{Component, Path, PathBuf};

@@ -3,7 +3,10 @@
 //! Each of `places` has `name`, `position`, the box `center` and `size` of the surfaces that have it, `fade`, perhaps the box
 //! `wallsCenter` and `wallsSize`, in metres, and `picture`: the buffer view of an equirectangular OpenEXR file.
 
-use super::{Document, LoadError, Parts, json::Json};
+use super::document::Document;
+use super::error::LoadError;
+use super::json::Json;
+use super::write::Parts;
 use crate::EnvironmentMap;
 use crate::surroundings::{Region, SURROUNDINGS_MAX, Surroundings};
 use glam::Vec3;

@@ -1,13 +1,13 @@
 //! glTF files that are changed and written.
 
 mod of_scene;
-mod prune;
-
-pub use prune::Unreferenced;
+pub(super) mod prune;
 
 use super::container::{self, GLB_MAGIC, Resolve, fetch};
+use super::error::LoadError;
+use super::extensions::check_version;
+use super::files::{checked_relative_path, read_file};
 use super::json::Json;
-use super::{LoadError, check_version};
 use serde_json::{Map, Value, json};
 use std::collections::BTreeMap;
 use std::hash::Hasher;
@@ -60,9 +60,9 @@ impl Parts {
     /// As [`super::load_path`] has them.
     pub fn read_path(path: &std::path::Path) -> Result<Self, LoadError> {
         let name = path.display().to_string();
-        let bytes = super::read_file(path).map_err(|message| LoadError::Io { file: name.clone(), message })?;
+        let bytes = read_file(path).map_err(|message| LoadError::Io { file: name.clone(), message })?;
         let folder = path.parent().unwrap_or(std::path::Path::new("")).to_owned();
-        let mut beside = |uri: &str| super::read_file(&folder.join(super::checked_relative_path(uri)?));
+        let mut beside = |uri: &str| read_file(&folder.join(checked_relative_path(uri)?));
         Self::read(&bytes, &mut beside).map_err(|error| error.in_file(&name))
     }
 

@@ -1,6 +1,6 @@
 //! Images above the largest size, which are halved until they fit.
 
-use super::MAX_IMAGE_SIZE_TEXELS;
+use super::texels::MAX_IMAGE_SIZE_TEXELS;
 
 /// How often an image is halved.
 pub(super) fn times((width, height): (u32, u32)) -> u32 {

@@ -9,7 +9,7 @@ mod basis;
 #[path = "ktx2/basis_absent.rs"]
 mod basis;
 
-use super::{BlockFormat, Blocks};
+use super::texels::{BlockFormat, Blocks};
 use crate::ktx2::{Header, check_ranges, header, level, unpacked_bytes};
 
 /// The header of a flat picture.

@@ -1,21 +1,9 @@
 //! Images of light that was baked: Radiance (.hdr) and OpenEXR (.exr) files, whose values may exceed 1.
 
-use super::{Image, ImageError, ImageSource, MAX_DECODE_BYTES, MAX_IMAGE_SIZE_TEXELS};
+use super::texels::{HalfFloats, MAX_DECODE_BYTES, MAX_IMAGE_SIZE_TEXELS};
+use super::{Image, ImageError, ImageSource};
 use crate::environment::{RADIANCE_MAX, cut, decode_light, holds_light};
 use half::f16;
-
-/// Linear light in half floats, rows from the top.
-#[derive(Clone, Debug, PartialEq)]
-pub struct HalfFloats {
-    /// Width in texels.
-    pub width: u32,
-    /// Height in texels.
-    pub height: u32,
-    /// Red, green, blue, 1: linear, finite, from 0 to [`RADIANCE_MAX`].
-    pub texels: Vec<[f16; 4]>,
-    /// How many values of the file were no such, and were cut.
-    pub cut_count: u64,
-}
 
 /// Bytes of a texel while it decodes: three floats beside four half floats.
 const DECODE_BYTES: u64 = 20;

@@ -1,6 +1,7 @@
 //! What a surface has that its triangles have not: relief from heights, detail that repeats, and light that was baked.
 
-use super::{Mapped, TextureRef};
+use super::layers::TexturedFactor;
+use super::texture::TextureRef;
 
 /// What a height map does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -78,7 +79,7 @@ pub struct LightMap {
     /// The factor, and the colour that it multiplies: together the irradiance divided by π, which is multiplied by the
     /// base colour of what is not metal. It takes the place of the environment's diffuse light; lights and reflections
     /// are added.
-    pub light: Mapped<f32>,
+    pub light: TexturedFactor<f32>,
     /// How its texels are written.
     pub encoding: LightEncoding,
     /// Where that light comes from, placed as the light itself is; without it normal maps do not change baked light. Red,

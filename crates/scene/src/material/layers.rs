@@ -1,18 +1,18 @@
 //! What materials have beyond metallic-roughness: the layers and the transmission of glTF's ratified extensions.
 
-use super::{Material, TextureRef};
+use super::texture::TextureRef;
 use glam::Vec3;
 
 /// A factor, and the texture that multiplies it.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Mapped<T> {
+pub struct TexturedFactor<T> {
     /// Linear.
     pub factor: T,
     /// Which of its channels counts is said where it is used.
     pub texture: Option<TextureRef>,
 }
 
-impl<T> Mapped<T> {
+impl<T> TexturedFactor<T> {
     /// A factor without a texture.
     pub const fn new(factor: T) -> Self {
         Self { factor, texture: None }
@@ -23,9 +23,9 @@ impl<T> Mapped<T> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Specular {
     /// Multiplies all specular reflection of the dielectric, at grazing angles, too; the texture's alpha.
-    pub weight: Mapped<f32>,
+    pub weight: TexturedFactor<f32>,
     /// Multiplies its reflection at normal incidence, which ends at 1; sRGB texture.
-    pub color: Mapped<Vec3>,
+    pub color: TexturedFactor<Vec3>,
     /// If there is one, this times the alpha of the colour's texture is 1 − roughness, in place of all else that says
     /// how rough the surface is. Materials of `KHR_materials_pbrSpecularGlossiness` are read so.
     pub glossiness: Option<f32>,
@@ -33,7 +33,7 @@ pub struct Specular {
 
 impl Default for Specular {
     fn default() -> Self {
-        Self { weight: Mapped::new(1.0), color: Mapped::new(Vec3::ONE), glossiness: None }
+        Self { weight: TexturedFactor::new(1.0), color: TexturedFactor::new(Vec3::ONE), glossiness: None }
     }
 }
 
@@ -41,9 +41,9 @@ impl Default for Specular {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Clearcoat {
     /// How much of the surface it covers, 0 to 1; the texture's red.
-    pub weight: Mapped<f32>,
+    pub weight: TexturedFactor<f32>,
     /// Its perceptual roughness; the texture's green.
-    pub roughness: Mapped<f32>,
+    pub roughness: TexturedFactor<f32>,
     /// Its own tangent-space normals. Without them it is as smooth as the mesh, whatever the normals below it are.
     pub normal_texture: Option<TextureRef>,
     /// Scales x and y of its normal texture.
@@ -52,7 +52,12 @@ pub struct Clearcoat {
 
 impl Default for Clearcoat {
     fn default() -> Self {
-        Self { weight: Mapped::new(0.0), roughness: Mapped::new(0.0), normal_texture: None, normal_scale: 1.0 }
+        Self {
+            weight: TexturedFactor::new(0.0),
+            roughness: TexturedFactor::new(0.0),
+            normal_texture: None,
+            normal_scale: 1.0,
+        }
     }
 }
 
@@ -60,9 +65,9 @@ impl Default for Clearcoat {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Sheen {
     /// Its colour; sRGB texture.
-    pub color: Mapped<Vec3>,
+    pub color: TexturedFactor<Vec3>,
     /// Its perceptual roughness; the texture's alpha.
-    pub roughness: Mapped<f32>,
+    pub roughness: TexturedFactor<f32>,
 }
 
 /// Highlights that are stretched (`KHR_materials_anisotropy`).
@@ -80,7 +85,7 @@ pub struct Anisotropy {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Iridescence {
     /// How much of the surface it covers, 0 to 1; the texture's red.
-    pub weight: Mapped<f32>,
+    pub weight: TexturedFactor<f32>,
     /// The refractive index of the film.
     pub ior: f32,
     /// How thick the film is where the texture's green is 0, in nanometres.
@@ -94,7 +99,7 @@ pub struct Iridescence {
 impl Default for Iridescence {
     fn default() -> Self {
         Self {
-            weight: Mapped::new(0.0),
+            weight: TexturedFactor::new(0.0),
             ior: 1.3,
             thickness_min_nm: 100.0,
             thickness_max_nm: 400.0,
@@ -107,14 +112,14 @@ impl Default for Iridescence {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct DiffuseTransmission {
     /// How much of what is not reflected specularly comes through, 0 to 1; the texture's alpha.
-    pub weight: Mapped<f32>,
+    pub weight: TexturedFactor<f32>,
     /// What it is multiplied by; sRGB texture.
-    pub color: Mapped<Vec3>,
+    pub color: TexturedFactor<Vec3>,
 }
 
 impl Default for DiffuseTransmission {
     fn default() -> Self {
-        Self { weight: Mapped::new(0.0), color: Mapped::new(Vec3::ONE) }
+        Self { weight: TexturedFactor::new(0.0), color: TexturedFactor::new(Vec3::ONE) }
     }
 }
 
@@ -123,7 +128,7 @@ impl Default for DiffuseTransmission {
 pub struct Volume {
     /// How thick it is below the surface, in metres of the mesh's own space; the texture's green. At 0 the surface is a
     /// thin wall, which does not refract.
-    pub thickness: Mapped<f32>,
+    pub thickness: TexturedFactor<f32>,
     /// After so many metres light has become [`Self::attenuation_color`]; infinite if nothing is absorbed.
     pub attenuation_distance_m: f32,
     /// What is left of white light then.
@@ -132,7 +137,11 @@ pub struct Volume {
 
 impl Default for Volume {
     fn default() -> Self {
-        Self { thickness: Mapped::new(0.0), attenuation_distance_m: f32::INFINITY, attenuation_color: Vec3::ONE }
+        Self {
+            thickness: TexturedFactor::new(0.0),
+            attenuation_distance_m: f32::INFINITY,
+            attenuation_color: Vec3::ONE,
+        }
     }
 }
 
@@ -200,30 +209,5 @@ impl LayerMap {
     /// Whether its texels are sRGB colours.
     pub const fn is_srgb(self) -> bool {
         matches!(self, Self::SpecularColor | Self::SheenColor | Self::DiffuseTransmissionColor | Self::DetailColor)
-    }
-}
-
-impl Material {
-    /// The texture at a place of its layers.
-    pub fn layer_texture(&self, map: LayerMap) -> Option<TextureRef> {
-        match map {
-            LayerMap::Specular => self.specular?.weight.texture,
-            LayerMap::SpecularColor => self.specular?.color.texture,
-            LayerMap::Clearcoat => self.clearcoat?.weight.texture,
-            LayerMap::ClearcoatRoughness => self.clearcoat?.roughness.texture,
-            LayerMap::ClearcoatNormal => self.clearcoat?.normal_texture,
-            LayerMap::SheenColor => self.sheen?.color.texture,
-            LayerMap::SheenRoughness => self.sheen?.roughness.texture,
-            LayerMap::Anisotropy => self.anisotropy?.texture,
-            LayerMap::Iridescence => self.iridescence?.weight.texture,
-            LayerMap::IridescenceThickness => self.iridescence?.thickness_texture,
-            LayerMap::Transmission => self.transmission?.texture,
-            LayerMap::Thickness => self.volume?.thickness.texture,
-            LayerMap::DiffuseTransmission => self.diffuse_transmission?.weight.texture,
-            LayerMap::DiffuseTransmissionColor => self.diffuse_transmission?.color.texture,
-            LayerMap::Height => Some(self.height?.texture),
-            LayerMap::DetailNormal => self.detail?.normal_texture,
-            LayerMap::DetailColor => self.detail?.base_color_texture,
-        }
     }
 }

@@ -1,26 +1,13 @@
 //! What cannot be drawn over a picture.
 
+use super::fault::{OverlayFault, SIDE_PX_MAX, TEXT_SIZE_PX_MAX};
 use super::{LinePoints, OverlayItem, OverlayLine, OverlayMonitor, OverlayShape, OverlaySprite, OverlayText, PlaceOf};
 use glam::Vec2;
 
-/// The largest size of a font in pixels.
-pub(crate) const TEXT_SIZE_PX_MAX: f32 = 1000.0;
-/// The largest width of a line, side of a sprite, and padding, in pixels.
-pub(crate) const SIDE_PX_MAX: f32 = 16384.0;
 /// The farthest place in pixels.
 const PLACE_PX_MAX: f32 = 1e6;
 /// The most letters of a text.
 const LETTERS_MAX: usize = 100_000;
-
-/// Why an item cannot be drawn.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("`{key}`: {message}")]
-pub struct OverlayFault {
-    /// The key of stage files that says it.
-    pub key: &'static str,
-    /// What is wrong, and what to do.
-    pub message: String,
-}
 
 fn fault(key: &'static str, message: impl Into<String>) -> OverlayFault {
     OverlayFault { key, message: message.into() }

@@ -3,7 +3,7 @@
 //! An entry is a line of text that says what it is, a hash of all that follows it, and of each mesh and primitive the
 //! levels. One that is not whole, or is of something else, is none.
 
-use super::is_wanted;
+use super::wanted::is_wanted;
 use crate::{Mesh, Primitive, PrimitiveLevel};
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::sync::Arc;

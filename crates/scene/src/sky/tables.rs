@@ -133,7 +133,7 @@ impl Tables {
 /// What light is scattered on its way in a direction, apart by what scatters it, for sunlight of 1; phases are left
 /// out.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Scattered {
+pub(super) struct InScattering {
     pub rayleigh: DVec3,
     pub mie: DVec3,
     pub multiple: DVec3,
@@ -141,7 +141,7 @@ pub(super) struct Scattered {
     pub transmittance: DVec3,
 }
 
-impl Scattered {
+impl InScattering {
     pub fn lerp(&self, other: &Self, share: f64) -> Self {
         Self {
             rayleigh: self.rayleigh.lerp(other.rayleigh, share),
@@ -155,8 +155,8 @@ impl Scattered {
 impl Tables {
     /// Along `ray`, whose angle to the sun has the cosine `to_sun`, where the sun stands at an angle with the cosine
     /// `sun_cosine` from straight up.
-    pub fn scattered(&self, ray: Ray, sun_cosine: f64, to_sun: f64, steps: u32) -> Scattered {
-        let mut sum = Scattered { transmittance: DVec3::ONE, ..Scattered::default() };
+    pub fn scattered(&self, ray: Ray, sun_cosine: f64, to_sun: f64, steps: u32) -> InScattering {
+        let mut sum = InScattering { transmittance: DVec3::ONE, ..InScattering::default() };
         for (at, step) in Steps::new(ray.length_km(), steps) {
             let here_km = ray.radius_at(at);
             let here_sun = (ray.radius_km * sun_cosine + at * to_sun) / here_km;

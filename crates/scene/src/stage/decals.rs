@@ -3,7 +3,7 @@
 use super::materials::StageImages;
 use super::names::Pattern;
 use super::surfaces::nodes_called;
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table};
 use crate::chance::unit;
 use crate::decal::{DECALS_MAX, Decal, DecalLook, DecalOpacity};
 use crate::{Diagnostic, NodeId, Scene};
@@ -29,9 +29,9 @@ pub(super) struct DecalEntry {
     /// Without a node, without images, and with its box around the origin.
     decal: Decal,
     look: DecalLook,
-    nodes: Option<Placed<Pattern>>,
+    nodes: Option<SpannedValue<Pattern>>,
     /// By [`IMAGES`].
-    images: [Option<Placed<String>>; 4],
+    images: [Option<SpannedValue<String>>; 4],
     direction: Vec3,
     up: Option<Vec3>,
     turn_rad: f32,
@@ -97,26 +97,9 @@ impl DecalEntry {
             return Err(table.fault("size_m", "`size_m` is the width and the height of the picture, both above 0"));
         }
         let direction = table.vector("direction").unwrap_or(Vec3::NEG_Y);
-        if direction.normalize_or_zero() == Vec3::ZERO {
-            return Err(table.fault("direction", "`direction` has no length; [0, -1, 0] points down"));
-        }
-        if table.vector("up").is_some_and(|up| up.normalize_or_zero() == Vec3::ZERO) {
-            return Err(table.fault("up", "`up` has no length; [0, 1, 0] points up"));
-        }
-        if table.vector("spread_m").is_some_and(|spread_m| spread_m.min_element() < 0.0) {
-            return Err(table.fault("spread_m", "`spread_m` is an extent along X, Y and Z, each at least 0"));
-        }
         let angle_deg = table.pair("angle_deg").unwrap_or(Vec2::new(60.0, 80.0));
-        let is_end = angle_deg.y > 0.0 && (angle_deg.x..=180.0).contains(&angle_deg.y);
-        if !(0.0..=180.0).contains(&angle_deg.x) || !is_end {
-            let message = "`angle_deg` is where surfaces begin to show less and where they show nothing, from 0 to 180, \
-                           in this order, the second above 0";
-            return Err(table.fault("angle_deg", message));
-        }
-        if table.place("position").is_some() && table.place("positions").is_some() {
-            return Err(table.fault("positions", "leave out `position`, or `positions`"));
-        }
-        let whole = |key: &str| table.number(key).map(|number| super::monitors::whole(table, key, number)).transpose();
+        check_placement(table, direction, angle_deg)?;
+        let whole = |key: &str| table.number(key).map(|number| super::table::whole(table, key, number)).transpose();
         let seed = whole("seed")?.unwrap_or(0);
         let extent_m = table.vector("spread_m").unwrap_or(Vec3::new(1.0, 0.0, 1.0));
         let scatter = whole("count")?.map(|count| Scatter { count, extent_m, seed });
@@ -131,7 +114,7 @@ impl DecalEntry {
         Ok(Self {
             decal,
             look,
-            nodes: table.text("node").map(|name| Placed { value: Pattern::new(&name.value), range: name.range }),
+            nodes: table.text("node").map(|name| SpannedValue { value: Pattern::new(&name.value), range: name.range }),
             images,
             direction,
             up: table.vector("up"),
@@ -144,7 +127,7 @@ impl DecalEntry {
     }
 
     /// The images that it names which are files.
-    pub(super) fn images(&self) -> impl Iterator<Item = &Placed<String>> {
+    pub(super) fn images(&self) -> impl Iterator<Item = &SpannedValue<String>> {
         self.images.iter().flatten().filter(|image| is_file(&image.value))
     }
 
@@ -158,7 +141,7 @@ impl DecalEntry {
         scene: &mut Scene,
         images: &StageImages,
     ) -> Result<(), Box<Diagnostic>> {
-        let of_name = |image: &Option<Placed<String>>| {
+        let of_name = |image: &Option<SpannedValue<String>>| {
             let Some(image) = image else { return Ok(None) };
             let (true, name) = name_of(&image.value) else { return Ok(Some(images.index(image))) };
             let called = scene.images.iter().position(|known| known.name == name);
@@ -224,6 +207,32 @@ impl DecalEntry {
 /// Whether an image is the model's, and its name.
 fn name_of(image: &str) -> (bool, &str) {
     image.strip_prefix(OF_MODEL).map_or((false, image), |name| (true, name))
+}
+
+/// What directions, extents and angles must be.
+///
+/// # Errors
+/// The first key that is wrong, with its place.
+fn check_placement(table: &Table<'_>, direction: Vec3, angle_deg: Vec2) -> Result<(), Box<Diagnostic>> {
+    if direction.normalize_or_zero() == Vec3::ZERO {
+        return Err(table.fault("direction", "`direction` has no length; [0, -1, 0] points down"));
+    }
+    if table.vector("up").is_some_and(|up| up.normalize_or_zero() == Vec3::ZERO) {
+        return Err(table.fault("up", "`up` has no length; [0, 1, 0] points up"));
+    }
+    if table.vector("spread_m").is_some_and(|spread_m| spread_m.min_element() < 0.0) {
+        return Err(table.fault("spread_m", "`spread_m` is an extent along X, Y and Z, each at least 0"));
+    }
+    let is_end = angle_deg.y > 0.0 && (angle_deg.x..=180.0).contains(&angle_deg.y);
+    if !(0.0..=180.0).contains(&angle_deg.x) || !is_end {
+        let message = "`angle_deg` is where surfaces begin to show less and where they show nothing, from 0 to 180, \
+                       in this order, the second above 0";
+        return Err(table.fault("angle_deg", message));
+    }
+    if table.place("position").is_some() && table.place("positions").is_some() {
+        return Err(table.fault("positions", "leave out `position`, or `positions`"));
+    }
+    Ok(())
 }
 
 /// Whether what is named is a file.

@@ -1,13 +1,10 @@
 //! Height maps that a stage gives to materials, and what it changes of those that a model brings itself.
 
 use super::names::Pattern;
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table};
 use crate::material::{HeightMap, HeightMethod};
 use crate::{Diagnostic, Material, TextureRef};
 use std::ops::Range;
-
-/// The words of `height_method`.
-pub(super) const METHODS: &[&str] = &["bump", "parallax", "steep", "occlusion"];
 
 /// The keys beside `height_map`.
 const KEYS: [&str; 3] = ["height_depth_m", "height_method", "self_shadow"];
@@ -16,7 +13,7 @@ const KEYS: [&str; 3] = ["height_depth_m", "height_method", "self_shadow"];
 #[derive(Clone, Debug)]
 pub(super) struct HeightChange {
     /// The image; without one the model's own heights are changed.
-    pub image: Option<Placed<String>>,
+    pub image: Option<SpannedValue<String>>,
     depth_m: Option<f32>,
     method: Option<HeightMethod>,
     self_shadow: Option<bool>,

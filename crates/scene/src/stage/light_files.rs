@@ -1,8 +1,8 @@
 //! The files that `[environment]` names: the picture, and what is known of its light. Settings are checked by whoever
 //! draws, but files are read with the scene.
 
-use super::table::{Placed, Source};
-use super::value;
+use super::older::value;
+use super::table::{Source, SpannedValue};
 use crate::environment::{BrdfTable, LEVEL};
 use crate::{Diagnostic, EnvironmentMap};
 use std::path::Path;
@@ -11,10 +11,10 @@ use toml::de::{DeTable, DeValue};
 /// The names of the files, with where they stand.
 #[derive(Clone, Debug, Default)]
 pub(super) struct LightFiles {
-    pub picture: Option<Placed<String>>,
-    irradiance: Option<Placed<String>>,
-    prefiltered: Option<Placed<String>>,
-    brdf: Option<Placed<String>>,
+    pub picture: Option<SpannedValue<String>>,
+    irradiance: Option<SpannedValue<String>>,
+    prefiltered: Option<SpannedValue<String>>,
+    brdf: Option<SpannedValue<String>>,
 }
 
 /// What they hold.
@@ -41,7 +41,7 @@ impl LightFiles {
             let file = value(table, key)?;
             match file.get_ref() {
                 DeValue::String(name) if !name.is_empty() => {
-                    Some(Placed { value: name.to_string(), range: file.span() })
+                    Some(SpannedValue { value: name.to_string(), range: file.span() })
                 }
                 _ => None,
             }
@@ -59,7 +59,7 @@ impl LightFiles {
         self.picture.iter().chain(self.beside_picture()).map(|name| name.value.as_str())
     }
 
-    fn beside_picture(&self) -> impl Iterator<Item = &Placed<String>> {
+    fn beside_picture(&self) -> impl Iterator<Item = &SpannedValue<String>> {
         [&self.irradiance, &self.prefiltered, &self.brdf].into_iter().flatten()
     }
 
@@ -73,7 +73,7 @@ impl LightFiles {
     /// # Errors
     /// One cannot be read; or there is irradiance of no picture.
     pub fn read(&self, source: &Source, files: &mut impl ReadLight) -> Result<Light, Box<Diagnostic>> {
-        let fault = |name: &Placed<String>, message: String| source.fault(name.range.clone(), message);
+        let fault = |name: &SpannedValue<String>, message: String| source.fault(name.range.clone(), message);
         let mut light = Light::default();
         if let Some(name) = &self.picture {
             light.environment = Some(files.picture(&name.value).map_err(|message| fault(name, message))?);

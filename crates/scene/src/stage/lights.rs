@@ -1,7 +1,7 @@
 //! Lights of a stage: new ones, and changes of the model's own.
 
 use super::names::Pattern;
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table};
 use crate::light::CONE_MIN_RAD;
 use crate::{Diagnostic, Light, LightKind, LightMode, Node, NodeId, Scene};
 use glam::{Quat, Vec3};
@@ -18,7 +18,7 @@ pub(super) struct NewLight {
 /// What is changed of the model's lights.
 #[derive(Clone, Debug)]
 pub(super) struct LightChange {
-    names: Placed<Pattern>,
+    names: SpannedValue<Pattern>,
     color_linear: Option<Vec3>,
     intensity: Option<f32>,
     range_m: Option<f32>,
@@ -134,7 +134,7 @@ impl LightChange {
             return Err(table.fault(key, message));
         }
         Ok(Self {
-            names: Placed { value: Pattern::new(&name.value), range: name.range },
+            names: SpannedValue { value: Pattern::new(&name.value), range: name.range },
             color_linear: table.vector("color"),
             intensity: table.number("intensity"),
             range_m: table.number("range_m"),

@@ -1,20 +1,19 @@
 //! From a stage file to a scene: the model that it names, with what it changes.
 
+use super::entries::Stage;
 use super::keys::{DECALS, MATERIALS, OVERLAY, PARTICLES, SIMULATIONS, WATER};
 use super::light_files::{InFolder, Light, LightFiles, ResolvedFiles};
-use super::older::list_of;
-use super::{Stage, decals, document, materials::MAPS, overlay::FILES, simulations, table::Source, value, water};
+use super::older::{list_of, value};
+use super::table::{Source, document};
+use super::{decals, materials::MAPS, overlay::FILES, simulations, water};
 use crate::formats;
-use crate::gltf_file::{LoadError, Loaded, read_file};
+use crate::gltf_file::{LoadError, LoadedScene, read_file};
 use crate::{Diagnostic, Scene, demo, input_file};
 use std::path::{Path, PathBuf};
 use toml::de::DeValue;
 
 /// The largest stage that is read: 16 MiB, which is more than the most lights take.
 pub const MAX_STAGE_BYTES: u64 = 16 << 20;
-
-/// What the names of stages end in, whatever the case of its letters.
-const ENDING: &str = ".stage.toml";
 
 /// The word before the name of a built-in scene.
 const DEMO: &str = "demo:";
@@ -47,13 +46,6 @@ pub enum StageError {
     /// The model cannot be read.
     #[error(transparent)]
     Model(#[from] LoadError),
-}
-
-/// Whether a path is called as stages are.
-pub fn is_stage(path: &Path) -> bool {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    let end = name.len().checked_sub(ENDING.len()).and_then(|at| name.get(at..));
-    end.is_some_and(|end| end.eq_ignore_ascii_case(ENDING))
 }
 
 /// Reads the stage at `path`, its model and the files that the model names.
@@ -188,7 +180,7 @@ type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
 fn with_model(
     stage: Stage,
     light: Light,
-    load: impl FnOnce(&Stage, &mut Resolve<'_>) -> Option<Result<Loaded, LoadError>>,
+    load: impl FnOnce(&Stage, &mut Resolve<'_>) -> Option<Result<LoadedScene, LoadError>>,
     resolve: &mut Resolve<'_>,
 ) -> Result<LoadedStage, StageError> {
     let (mut scene, mut warnings) = match load(&stage, resolve) {

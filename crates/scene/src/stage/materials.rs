@@ -2,17 +2,12 @@
 
 use super::heights::HeightChange;
 use super::names::Pattern;
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table};
 use crate::gltf_file::{MAX_FILE_BYTES, texel_budget_bytes};
-use crate::material::{DetailMaps, LightEncoding, LightMap, Mapped};
+use crate::material::{DetailMaps, LightEncoding, LightMap, TexturedFactor};
 use crate::{Diagnostic, Image, ImageSource, Material, Sampler, Scene, Texture, TextureRef, TextureTransform, Wrap};
 use glam::{Vec2, Vec3};
 use std::collections::{HashMap, HashSet};
-
-/// The words of `light_map_encoding`.
-pub(super) const ENCODINGS: &[&str] = &LightEncoding::NAMES;
-/// The words of `normal_convention`.
-pub(super) const CONVENTIONS: &[&str] = &["opengl", "directx"];
 
 /// Keys that say how a map is used, and the key of that map.
 const OF_MAPS: [(&str, &[&str]); 8] = [
@@ -40,22 +35,22 @@ pub(super) const MAPS: [&str; 7] = [
 /// What changes of the materials that have a name.
 #[derive(Clone, Debug)]
 pub(super) struct MaterialChange {
-    pub(super) names: Placed<Pattern>,
+    pub(super) names: SpannedValue<Pattern>,
     pub(super) casts_shadow: Option<bool>,
     has_normals_down: Option<bool>,
-    occlusion: Option<(Placed<String>, u32)>,
-    emissive: Option<(Placed<String>, u32)>,
+    occlusion: Option<(SpannedValue<String>, u32)>,
+    emissive: Option<(SpannedValue<String>, u32)>,
     height: Option<HeightChange>,
     detail: Option<Detail>,
-    light_map: Option<(Placed<String>, LightMap, u32)>,
-    light_direction: Option<Placed<String>>,
+    light_map: Option<(SpannedValue<String>, LightMap, u32)>,
+    light_direction: Option<SpannedValue<String>>,
 }
 
 #[derive(Clone, Debug)]
 struct Detail {
-    normal: Option<Placed<String>>,
+    normal: Option<SpannedValue<String>>,
     normal_scale: f32,
-    color: Option<Placed<String>>,
+    color: Option<SpannedValue<String>>,
     repeats: f32,
 }
 
@@ -78,7 +73,7 @@ impl MaterialChange {
             }
         }
         let height = HeightChange::read(table)?;
-        let on_set = |map: &str, set: &str| -> Result<Option<(Placed<String>, u32)>, Box<Diagnostic>> {
+        let on_set = |map: &str, set: &str| -> Result<Option<(SpannedValue<String>, u32)>, Box<Diagnostic>> {
             match table.text(map) {
                 Some(image) => Ok(Some((image, uv_set(table, set, 1)?))),
                 None => Ok(None),
@@ -88,7 +83,11 @@ impl MaterialChange {
             let encoding = table.text("light_map_encoding").and_then(|word| LightEncoding::named(&word.value));
             let encoding = encoding.unwrap_or_default();
             let factor = table.number("light_map_intensity").unwrap_or(1.0);
-            (image, LightMap { light: Mapped { factor, texture: Some(unplaced(set)) }, encoding, direction: None }, set)
+            (
+                image,
+                LightMap { light: TexturedFactor { factor, texture: Some(unplaced(set)) }, encoding, direction: None },
+                set,
+            )
         });
         let (normal, color) = (table.text("detail_normal_map"), table.text("detail_color_map"));
         let detail = (normal.is_some() || color.is_some()).then(|| Detail {
@@ -98,7 +97,7 @@ impl MaterialChange {
             repeats: table.number("detail_scale").unwrap_or(8.0),
         });
         Ok(Self {
-            names: Placed { value: Pattern::new(&name.value), range: name.range },
+            names: SpannedValue { value: Pattern::new(&name.value), range: name.range },
             casts_shadow: table.boolean("cast_shadow"),
             has_normals_down: table.text("normal_convention").map(|word| word.value == "directx"),
             occlusion: on_set("occlusion_map", "occlusion_texcoord")?,
@@ -111,7 +110,7 @@ impl MaterialChange {
     }
 
     /// The images that it names.
-    pub(super) fn images(&self) -> impl Iterator<Item = &Placed<String>> {
+    pub(super) fn images(&self) -> impl Iterator<Item = &SpannedValue<String>> {
         let of_detail = self.detail.iter().flat_map(|detail| detail.normal.iter().chain(&detail.color));
         let others = self.occlusion.iter().chain(&self.emissive).map(|(image, _)| image);
         let of_height = self.height.iter().filter_map(|height| height.image.as_ref());
@@ -171,7 +170,7 @@ impl MaterialChange {
         Ok(())
     }
 
-    fn change(&self, material: &mut Material, texture: &mut dyn FnMut(&Placed<String>, Wrap) -> usize) {
+    fn change(&self, material: &mut Material, texture: &mut dyn FnMut(&SpannedValue<String>, Wrap) -> usize) {
         material.casts_shadow = self.casts_shadow.unwrap_or(material.casts_shadow);
         material.has_normals_down = self.has_normals_down.unwrap_or(material.has_normals_down);
         if let Some((image, uv_set)) = &self.occlusion {
@@ -195,7 +194,7 @@ impl MaterialChange {
         }
         if let Some(detail) = &self.detail {
             let transform = TextureTransform { scale: Vec2::splat(detail.repeats), ..TextureTransform::default() };
-            let mut placed = |image: &Placed<String>| {
+            let mut placed = |image: &SpannedValue<String>| {
                 Some(TextureRef { texture: texture(image, Wrap::Repeat), uv_set: placed.uv_set, transform })
             };
             material.detail = Some(DetailMaps {
@@ -207,7 +206,7 @@ impl MaterialChange {
         if let Some((image, light_map, uv_set)) = &self.light_map {
             let mut placed =
                 |image| Some(TextureRef { texture: texture(image, Wrap::ClampToEdge), ..unplaced(*uv_set) });
-            let light = Mapped { texture: placed(image), ..light_map.light };
+            let light = TexturedFactor { texture: placed(image), ..light_map.light };
             let direction = self.light_direction.as_ref().and_then(placed);
             material.light_map = Some(LightMap { light, direction, ..*light_map });
         }
@@ -245,7 +244,7 @@ impl MaterialChange {
             let mut primitives = scene.meshes.iter().flat_map(|mesh| &mesh.primitives);
             primitives.any(|primitive| is_without(primitive, set))
         });
-        let of_map = |(image, set): (&Placed<String>, u32)| {
+        let of_map = |(image, set): (&SpannedValue<String>, u32)| {
             let remedy = match (set, is_missing[0]) {
                 (1, false) => "give it `…_texcoord = 0`, or a second UV set to the model",
                 (1, true) => "give the model a second UV set",
@@ -286,14 +285,14 @@ impl StageImages {
     pub(super) fn read<'c>(
         source: &Source,
         changes: impl Iterator<Item = &'c MaterialChange> + Clone,
-        others: impl Iterator<Item = &'c Placed<String>>,
+        others: impl Iterator<Item = &'c SpannedValue<String>>,
         scene: &mut Scene,
         resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     ) -> Result<Self, Box<Diagnostic>> {
         let mut read = Self::default();
         let (mut encoded_bytes, mut texel_bytes) = (0_u64, 0_u64);
         let mut of_light = HashSet::new();
-        let others: Vec<&Placed<String>> = others.collect();
+        let others: Vec<&SpannedValue<String>> = others.collect();
         for name in changes.clone().flat_map(MaterialChange::images).chain(others.iter().copied()) {
             if read.images.contains_key(&name.value) {
                 continue;
@@ -327,12 +326,12 @@ impl StageImages {
     }
 
     /// The place of an image that was read among the scene's.
-    pub(super) fn index(&self, name: &Placed<String>) -> usize {
+    pub(super) fn index(&self, name: &SpannedValue<String>) -> usize {
         self.images.get(&name.value).copied().unwrap_or(usize::MAX)
     }
 
     /// The texture that shows an image, which goes on beyond its edges as `wrap` says.
-    pub(super) fn texture(&self, scene: &mut Scene, name: &Placed<String>, wrap: Wrap) -> usize {
+    pub(super) fn texture(&self, scene: &mut Scene, name: &SpannedValue<String>, wrap: Wrap) -> usize {
         let image = self.index(name);
         let texture = Texture { image, sampler: Sampler { wrap_u: wrap, wrap_v: wrap, ..Sampler::default() } };
         let known = scene.textures.iter().position(|known| *known == texture);

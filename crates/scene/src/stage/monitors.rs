@@ -1,17 +1,13 @@
 //! Monitors of a stage: what cameras of the scene see, and where it is shown.
 
-use super::particles::camera_called;
+use super::cameras::camera_called;
 use super::screens::Screen;
-use super::table::{Placed, Source, Table};
-use crate::capture::{CaptureOptions, LAYERS_ALL, MONITOR_SIDE_MAX, MONITORS_MAX, Monitor, MonitorCamera, Update};
+use super::table::{Source, SpannedValue, Table};
+use super::updates::update_of;
+use crate::capture::{CaptureOptions, LAYERS_ALL, MONITOR_SIDE_MAX, MONITORS_MAX, Monitor, MonitorCamera};
 use crate::framing::{DEFAULT_FOV_Y_RAD, look_along};
 use crate::{Diagnostic, Image, Projection, Scene, Wrap};
 use glam::{Mat4, Vec3};
-
-/// The words of `update`.
-pub(super) const UPDATES: &[&str] = &["always", "once"];
-/// The words of `quality`; whoever draws knows what they mean.
-pub(super) const QUALITIES: &[&str] = &["low", "medium", "high", "ultra"];
 
 /// The size of a picture where nobody says.
 const SIZE_PX: (u32, u32) = (512, 288);
@@ -21,8 +17,8 @@ const NEAR_M: f32 = 0.01;
 /// An entry of `[[monitors]]`.
 #[derive(Clone, Debug)]
 pub(super) struct MonitorEntry {
-    name: Placed<String>,
-    camera: Seen,
+    name: SpannedValue<String>,
+    camera: CameraSource,
     screen: Screen,
     size_px: (u32, u32),
     exposure_stops: f32,
@@ -31,9 +27,9 @@ pub(super) struct MonitorEntry {
 
 /// From where it is seen.
 #[derive(Clone, Debug)]
-enum Seen {
+enum CameraSource {
     /// The name of a camera, or of a node.
-    Named(Placed<String>),
+    Named(SpannedValue<String>),
     At(MonitorCamera),
 }
 
@@ -85,15 +81,10 @@ impl MonitorEntry {
 
     fn camera_in(&self, source: &Source, scene: &Scene) -> Result<MonitorCamera, Box<Diagnostic>> {
         match &self.camera {
-            Seen::At(camera) => Ok(*camera),
-            Seen::Named(name) => Ok(MonitorCamera::Node(camera_called(source, scene, name)?)),
+            CameraSource::At(camera) => Ok(*camera),
+            CameraSource::Named(name) => Ok(MonitorCamera::Node(camera_called(source, scene, name)?)),
         }
     }
-}
-
-/// A whole number.
-pub(super) fn whole(table: &Table<'_>, key: &str, number: f32) -> Result<u32, Box<Diagnostic>> {
-    if number.fract() == 0.0 { Ok(number as u32) } else { Err(table.fault(key, format!("`{key}` is a whole number"))) }
 }
 
 fn size_px(table: &Table<'_>) -> Result<(u32, u32), Box<Diagnostic>> {
@@ -107,12 +98,12 @@ fn size_px(table: &Table<'_>) -> Result<(u32, u32), Box<Diagnostic>> {
 }
 
 /// From where a monitor is seen.
-fn seen(table: &Table<'_>) -> Result<Seen, Box<Diagnostic>> {
+fn seen(table: &Table<'_>) -> Result<CameraSource, Box<Diagnostic>> {
     let place = |key: &str| table.vector(key);
     let of_place = ["position", "target", "fov_deg"].into_iter().find(|key| table.place(key).is_some());
     match (table.text("camera"), of_place) {
         (Some(_), Some(key)) => Err(table.fault(key, format!("`camera` says from where already; leave out `{key}`"))),
-        (Some(name), None) => Ok(Seen::Named(name)),
+        (Some(name), None) => Ok(CameraSource::Named(name)),
         (None, _) => {
             let (Some(position), Some(target)) = (place("position"), place("target")) else {
                 let message = "a monitor needs `camera`, a camera of the model, or `position` and `target`";
@@ -123,7 +114,7 @@ fn seen(table: &Table<'_>) -> Result<Seen, Box<Diagnostic>> {
                 || table.fault("target", "`position` and `target` are the same point, which gives no direction");
             let rotation = rotation.ok_or_else(fault)?;
             let fov_y_rad = table.number("fov_deg").map_or(DEFAULT_FOV_Y_RAD, f32::to_radians);
-            Ok(Seen::At(MonitorCamera::Fixed {
+            Ok(CameraSource::At(MonitorCamera::Fixed {
                 world_from_view: Mat4::from_rotation_translation(rotation, position),
                 projection: Projection::Perspective { fov_y_rad, near_m: NEAR_M, far_m: None },
             }))
@@ -147,21 +138,4 @@ pub(super) fn check(monitors: &[MonitorEntry], source: &Source) -> Result<(), Bo
         }
     }
     Ok(())
-}
-
-/// When something is drawn anew, by the keys `update` and `every`.
-///
-/// # Errors
-/// The two do not go together.
-pub(super) fn update_of(table: &Table<'_>) -> Result<Update, Box<Diagnostic>> {
-    let every = table.number("every").map(|every| whole(table, "every", every)).transpose()?;
-    let update = match (table.text("update").map(|word| word.value == UPDATES[1]), every) {
-        (Some(true), Some(_)) => {
-            return Err(table.fault("every", "`every` does not go with `update = \"once\"`"));
-        }
-        (Some(true), None) => Update::Once,
-        (_, Some(frames)) if frames > 1 => Update::Every(frames),
-        _ => Update::Always,
-    };
-    Ok(update)
 }

@@ -1,6 +1,6 @@
 //! What a stage draws over the picture.
 
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table};
 use crate::gltf_file::{MAX_FILE_BYTES, texel_budget_bytes};
 use crate::overlay::{
     Anchor, Font, LinePoints, OVERLAY_MONITORS_MAX, Overlay, OverlayItem, OverlayLine, OverlayMonitor, OverlayPlace,
@@ -35,10 +35,10 @@ const OF_SHAPES: [(&str, &[&str]); 10] = [
 #[derive(Clone, Debug)]
 pub(super) struct OverlayEntry {
     item: OverlayItem,
-    sprite: Option<Placed<String>>,
-    font: Option<Placed<String>>,
-    node: Option<Placed<String>>,
-    monitor: Option<Placed<String>>,
+    sprite: Option<SpannedValue<String>>,
+    font: Option<SpannedValue<String>>,
+    node: Option<SpannedValue<String>>,
+    monitor: Option<SpannedValue<String>>,
 }
 
 impl OverlayEntry {
@@ -77,7 +77,7 @@ impl OverlayEntry {
     }
 
     /// The files that it names.
-    pub(super) fn files(&self) -> impl Iterator<Item = &Placed<String>> {
+    pub(super) fn files(&self) -> impl Iterator<Item = &SpannedValue<String>> {
         self.sprite.iter().chain(&self.font)
     }
 }
@@ -233,7 +233,7 @@ impl OverlayFiles {
     fn sprite(
         &mut self,
         source: &Source,
-        name: &Placed<String>,
+        name: &SpannedValue<String>,
         resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     ) -> Result<Arc<Pixels>, Box<Diagnostic>> {
         if let Some(known) = self.sprites.get(&name.value) {
@@ -260,7 +260,7 @@ impl OverlayFiles {
     fn font(
         &mut self,
         source: &Source,
-        name: &Placed<String>,
+        name: &SpannedValue<String>,
         resolve: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
     ) -> Result<Arc<Font>, Box<Diagnostic>> {
         if let Some(known) = self.fonts.get(&name.value) {

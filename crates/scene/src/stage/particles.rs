@@ -1,10 +1,11 @@
 //! Particles of a stage.
 
-use super::simulations::is_file;
-use super::table::{Placed, Source, Table};
-use crate::particles::{PARTICLES_MAX, Particles, Preset, SYSTEMS_MAX};
+use super::cameras::camera_called;
+use super::simulations::{is_file, program_of};
+use super::table::{Source, SpannedValue, Table, whole};
+use crate::particles::{Particles, Preset, SYSTEMS_MAX};
 use crate::simulation::Simulation;
-use crate::{Diagnostic, NodeId, Scene};
+use crate::{Diagnostic, Scene};
 use std::ops::Range;
 
 /// How many there are where nobody says.
@@ -14,8 +15,8 @@ const COUNT: u32 = 10_000;
 #[derive(Clone, Debug)]
 pub(super) struct ParticlesEntry {
     particles: Particles,
-    program: Option<Placed<String>>,
-    meets: Option<Placed<String>>,
+    program: Option<SpannedValue<String>>,
+    meets: Option<SpannedValue<String>>,
     range: Range<usize>,
 }
 
@@ -25,7 +26,7 @@ impl ParticlesEntry {
         let preset = preset.ok_or_else(|| table.fault("preset", "`preset` is missing"))?;
         let name = table.text("name").map(|name| name.value).filter(|name| !name.trim().is_empty());
         let of_preset = Preset::NAMES.iter().find(|name| Preset::named(name) == Some(preset)).copied();
-        let count = table.number("count").map(|count| super::monitors::whole(table, "count", count)).transpose()?;
+        let count = table.number("count").map(|count| whole(table, "count", count)).transpose()?;
         let name = name.unwrap_or_else(|| of_preset.unwrap_or_default().into());
         let mut particles = Particles::new(name, preset, count.unwrap_or(COUNT));
         let (center, size_m) = (table.vector("center"), table.vector("size_m"));
@@ -40,7 +41,7 @@ impl ParticlesEntry {
             particles.set(parameter, value);
         }
         particles.simulation.rate_hz = table.number("rate_hz");
-        let seed = table.number("seed").map(|seed| super::monitors::whole(table, "seed", seed)).transpose()?;
+        let seed = table.number("seed").map(|seed| whole(table, "seed", seed)).transpose()?;
         particles.simulation.seed = seed.unwrap_or(0);
         let look = &mut particles.look;
         if let Some(radius_m) = table.pair("radius_m") {
@@ -87,7 +88,7 @@ impl ParticlesEntry {
         }
         if let Some(program) = &self.program {
             particles.simulation.program = match is_file(&program.value) {
-                true => super::simulations::program_of(source, program, text_of)?,
+                true => program_of(source, program, text_of)?,
                 false => Simulation::built_in("", &program.value).program,
             };
         }
@@ -98,21 +99,3 @@ impl ParticlesEntry {
         Ok(())
     }
 }
-
-/// The node that holds a camera of a name, its own or the camera's.
-pub(super) fn camera_called(source: &Source, scene: &Scene, named: &Placed<String>) -> Result<NodeId, Box<Diagnostic>> {
-    let name_of = |camera: usize| scene.cameras.get(camera).map_or("", |camera| camera.name.as_str());
-    let holders = || (0..).zip(&scene.nodes).filter_map(|(id, node)| Some((NodeId(id), node, node.camera?)));
-    let of_node = holders().find(|(_, node, _)| node.name == named.value);
-    let found = of_node.or_else(|| holders().find(|(.., camera)| name_of(*camera) == named.value));
-    let Some((id, ..)) = found else {
-        let known: Vec<&str> = holders().flat_map(|(_, node, camera)| [node.name.as_str(), name_of(camera)]).collect();
-        let names = known.into_iter().filter(|name| !name.is_empty());
-        let message = format!("the model has no camera called `{}`", named.value);
-        return Err(source.unknown(named.range.clone(), message, &named.value, names));
-    };
-    Ok(id)
-}
-
-/// The most that `count` may be.
-pub(super) const COUNT_MAX: f64 = PARTICLES_MAX as f64;

@@ -2,7 +2,7 @@
 
 use super::names::Pattern;
 use super::surfaces::{Rectangle, facing_rotation, nodes_called};
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table};
 use crate::capture::LAYERS_ALL;
 use crate::portal::{PORTALS_MAX, Portal};
 use crate::{Diagnostic, Material, NodeId, Scene};
@@ -12,7 +12,7 @@ use std::ops::Range;
 #[derive(Clone, Debug)]
 pub(super) struct PortalEntry {
     ends: [End; 2],
-    carries: Option<Placed<Pattern>>,
+    carries: Option<SpannedValue<Pattern>>,
     /// Without ends; its name may be empty.
     portal: Portal,
     range: Range<usize>,
@@ -22,7 +22,7 @@ pub(super) struct PortalEntry {
 #[derive(Clone, Debug)]
 enum End {
     /// A node of the model.
-    Node(Placed<Pattern>),
+    Node(SpannedValue<Pattern>),
     /// A rectangle.
     New(Rectangle),
 }
@@ -35,7 +35,7 @@ impl End {
                 Some(key) => {
                     Err(table.fault(key, format!("`{node}` is a surface of the model; leave out `{key}`, or `{node}`")))
                 }
-                None => Ok(Self::Node(Placed { value: Pattern::new(&name.value), range: name.range })),
+                None => Ok(Self::Node(SpannedValue { value: Pattern::new(&name.value), range: name.range })),
             };
         }
         let (Some(position), Some(rotation), Some(size_m)) =
@@ -84,7 +84,7 @@ impl PortalEntry {
             quality: table.text("quality").map(|word| word.value),
             ..Portal::new(table.text("name").map(|name| name.value).unwrap_or_default().trim(), [NodeId(0); 2])
         };
-        let carries = carries.map(|names| Placed { value: Pattern::new(&names.value), range: names.range });
+        let carries = carries.map(|names| SpannedValue { value: Pattern::new(&names.value), range: names.range });
         Ok(Self { ends, carries, portal, range: table.range.clone() })
     }
 

@@ -1,8 +1,7 @@
 //! Grids of probes of a stage.
 
-use super::monitors::whole;
 use super::surroundings::region;
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table, whole};
 use crate::probes::{GRIDS_MAX, LiveProbes, ProbeBasis, ProbeGrid};
 use crate::surroundings::Region;
 use crate::{Aabb, Diagnostic, Scene};
@@ -14,8 +13,8 @@ use std::ops::Range;
 pub(super) struct ProbesEntry {
     name: String,
     region: Option<Region>,
-    counts: Option<Placed<[u32; 3]>>,
-    spacing_m: Option<Placed<f32>>,
+    counts: Option<SpannedValue<[u32; 3]>>,
+    spacing_m: Option<SpannedValue<f32>>,
     fade_m: Option<f32>,
     basis: Option<ProbeBasis>,
     is_live: Option<bool>,
@@ -23,14 +22,14 @@ pub(super) struct ProbesEntry {
     range: Range<usize>,
 }
 
-fn counts(table: &Table<'_>) -> Result<Option<Placed<[u32; 3]>>, Box<Diagnostic>> {
+fn counts(table: &Table<'_>) -> Result<Option<SpannedValue<[u32; 3]>>, Box<Diagnostic>> {
     let Some(counts) = table.vector("counts") else { return Ok(None) };
     let is_whole = counts.fract() == Vec3::ZERO && counts.min_element() >= 1.0 && counts.max_element() <= 1e6;
     if !is_whole {
         return Err(table.fault("counts", "`counts` has three whole numbers above 0"));
     }
     let range = table.place("counts").unwrap_or_default();
-    Ok(Some(Placed { value: counts.to_array().map(|count| count as u32), range }))
+    Ok(Some(SpannedValue { value: counts.to_array().map(|count| count as u32), range }))
 }
 
 impl ProbesEntry {
@@ -48,7 +47,7 @@ impl ProbesEntry {
     pub(super) fn read(table: &Table<'_>) -> Result<Self, Box<Diagnostic>> {
         let counts = counts(table)?;
         let range = table.place("spacing_m");
-        let spacing_m = table.number("spacing_m").zip(range).map(|(value, range)| Placed { value, range });
+        let spacing_m = table.number("spacing_m").zip(range).map(|(value, range)| SpannedValue { value, range });
         if let (Some(_), Some(_)) = (&counts, &spacing_m) {
             return Err(table.fault("spacing_m", "`counts` says already how many there are; leave out one of both"));
         }

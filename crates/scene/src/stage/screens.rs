@@ -1,16 +1,13 @@
 //! Materials of the model that show a picture which is none of its own: what a monitor or a simulation makes.
 
-use super::monitors::whole;
 use super::names::Pattern;
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table, whole};
+use super::words::SLOTS;
 use crate::gltf_file::geometry::add_tangents;
 use crate::{Diagnostic, Image, Primitive, Sampler, Scene, Texture, TextureRef, Wrap};
 use glam::{Vec2, Vec3};
 use std::collections::BTreeMap;
 use std::sync::Arc;
-
-/// The words of `slot`.
-pub(super) const SLOTS: &[&str] = &["emission", "base_color"];
 
 /// A picture fills the UV square 0 to 1. UVs that go beyond it by no more than this hide nothing of it that anybody
 /// sees.
@@ -19,7 +16,7 @@ const UV_MARGIN: f32 = 0.01;
 /// Where a picture is shown, by the keys `material`, `slot`, `luminance_cd_m2` and `texcoord`.
 #[derive(Clone, Debug)]
 pub(super) struct Screen {
-    materials: Option<Placed<Pattern>>,
+    materials: Option<SpannedValue<Pattern>>,
     is_emission: bool,
     luminance_cd_m2: Option<f32>,
     uv_set: Option<u32>,
@@ -39,7 +36,7 @@ impl Screen {
             return Err(table.fault(key, format!("`{key}` says how materials show it, and needs `material`")));
         }
         Ok(Self {
-            materials: materials.map(|name| Placed { value: Pattern::new(&name.value), range: name.range }),
+            materials: materials.map(|name| SpannedValue { value: Pattern::new(&name.value), range: name.range }),
             is_emission,
             luminance_cd_m2: table.number("luminance_cd_m2"),
             uv_set: table.number("texcoord").map(|set| whole(table, "texcoord", set)).transpose()?,
@@ -147,7 +144,7 @@ impl Screen {
     }
 }
 
-fn unknown_material(source: &Source, scene: &Scene, named: &Placed<Pattern>) -> Box<Diagnostic> {
+fn unknown_material(source: &Source, scene: &Scene, named: &SpannedValue<Pattern>) -> Box<Diagnostic> {
     let name = named.value.text();
     let message = format!("the model has no material called `{name}`");
     let known = scene.materials.iter().map(|material| material.name.as_str());

@@ -1,9 +1,10 @@
 //! Simulations of a stage.
 
+use super::cameras::camera_called;
 use super::names::Pattern;
 use super::screens::Screen;
 use super::surfaces::nodes_called;
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table, whole};
 use crate::capture::LAYERS_ALL;
 use crate::simulation::{BODIES_MAX, CELLS_SIDE_MAX, Program, SIMULATIONS_MAX, Simulation};
 use crate::{Diagnostic, Image, NodeId, Scene, Wrap};
@@ -15,16 +16,16 @@ const PICTURE: &str = "color";
 /// An entry of `[[simulations]]`.
 #[derive(Clone, Debug)]
 pub(super) struct SimulationEntry {
-    name: Placed<String>,
-    file: Placed<String>,
+    name: SpannedValue<String>,
+    file: SpannedValue<String>,
     /// Without its program, nodes and what chance begins with.
     simulation: Simulation,
-    over: Option<Placed<Pattern>>,
-    bodies: Vec<Placed<Pattern>>,
-    walls: Vec<Placed<Pattern>>,
+    over: Option<SpannedValue<Pattern>>,
+    bodies: Vec<SpannedValue<Pattern>>,
+    walls: Vec<SpannedValue<Pattern>>,
     picture: String,
     normal_picture: Option<String>,
-    sees: Option<Placed<String>>,
+    sees: Option<SpannedValue<String>>,
     screen: Screen,
     range: Range<usize>,
 }
@@ -40,7 +41,7 @@ pub(super) fn is_file(name: &str) -> bool {
 /// It cannot be read, or is no text.
 pub(super) fn program_of(
     source: &Source,
-    file: &Placed<String>,
+    file: &SpannedValue<String>,
     text_of: &mut dyn FnMut(&str) -> Result<Vec<u8>, String>,
 ) -> Result<Program, Box<Diagnostic>> {
     let fault = |message: String| source.fault(file.range.clone(), message);
@@ -67,10 +68,13 @@ impl SimulationEntry {
                 Some((cells.x as u32, cells.y as u32))
             }
         };
-        let seed = table.number("seed").map(|seed| super::monitors::whole(table, "seed", seed)).transpose()?;
-        let names = |key: &str| -> Vec<Placed<Pattern>> {
+        let seed = table.number("seed").map(|seed| whole(table, "seed", seed)).transpose()?;
+        let names = |key: &str| -> Vec<SpannedValue<Pattern>> {
             let texts = table.texts(key).unwrap_or_default();
-            texts.iter().map(|name| Placed { value: Pattern::new(&name.value), range: name.range.clone() }).collect()
+            texts
+                .iter()
+                .map(|name| SpannedValue { value: Pattern::new(&name.value), range: name.range.clone() })
+                .collect()
         };
         let screen = Screen::read(table)?;
         if let Some(picture) = text("picture").filter(|_| !screen.has_materials()) {
@@ -90,7 +94,7 @@ impl SimulationEntry {
         };
         Ok(Self {
             simulation,
-            over: table.text("over").map(|name| Placed { value: Pattern::new(&name.value), range: name.range }),
+            over: table.text("over").map(|name| SpannedValue { value: Pattern::new(&name.value), range: name.range }),
             bodies: names("bodies"),
             walls: names("walls"),
             picture: text("picture").map_or_else(|| PICTURE.into(), |picture| picture.value),
@@ -131,7 +135,7 @@ impl SimulationEntry {
         if self.file().is_some() {
             simulation.program = program_of(source, &self.file, text_of)?;
         }
-        let all = |names: &[Placed<Pattern>], scene: &Scene| -> Result<Vec<NodeId>, Box<Diagnostic>> {
+        let all = |names: &[SpannedValue<Pattern>], scene: &Scene| -> Result<Vec<NodeId>, Box<Diagnostic>> {
             let found: Vec<_> = names.iter().map(|name| nodes_called(name, source, scene)).collect::<Result<_, _>>()?;
             Ok(found.concat())
         };
@@ -152,7 +156,7 @@ impl SimulationEntry {
             simulation.place = Some(place);
         }
         if let Some(sees) = &self.sees {
-            simulation.sees = Some(super::particles::camera_called(source, scene, sees)?);
+            simulation.sees = Some(camera_called(source, scene, sees)?);
         }
         scene.simulations.push(simulation);
         if let Some(picture) = &self.normal_picture {

@@ -1,7 +1,7 @@
 //! Flat surfaces that entries of a stage are about: nodes of the model, or rectangles of the stage's own.
 
 use super::names::Pattern;
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table};
 use crate::framing::look_along;
 use crate::primitives::plane;
 use crate::{Diagnostic, Material, Mesh, Node, NodeId, Primitive, Scene};
@@ -16,7 +16,7 @@ const SIZE_MAX_M: f32 = 1e6;
 #[derive(Clone, Debug)]
 pub(super) enum Surface {
     /// Nodes of the model.
-    Nodes(Placed<Pattern>),
+    Nodes(SpannedValue<Pattern>),
     /// A rectangle.
     New(Rectangle),
 }
@@ -66,7 +66,7 @@ impl Surface {
                 Some(key) => {
                     Err(table.fault(key, format!("`node` is a surface of the model; leave out `{key}`, or `node`")))
                 }
-                None => Ok(Self::Nodes(Placed { value: Pattern::new(&node.value), range: node.range })),
+                None => Ok(Self::Nodes(SpannedValue { value: Pattern::new(&node.value), range: node.range })),
             };
         }
         let (position, size_m, rotation) = (table.vector("position"), table.pair("size_m"), turn(table)?);
@@ -126,7 +126,7 @@ impl Rectangle {
 /// # Errors
 /// There are none.
 pub(super) fn nodes_called(
-    names: &Placed<Pattern>,
+    names: &SpannedValue<Pattern>,
     source: &Source,
     scene: &Scene,
 ) -> Result<Vec<NodeId>, Box<Diagnostic>> {

@@ -1,7 +1,7 @@
 //! Reflection probes of a stage.
 
-use super::monitors::{update_of, whole};
-use super::table::{Source, Table};
+use super::table::{Source, Table, whole};
+use super::updates::update_of;
 use crate::capture::LAYERS_ALL;
 use crate::surroundings::{Region, SURROUNDINGS_MAX, Surroundings};
 use crate::{Diagnostic, Scene};

@@ -1,7 +1,9 @@
 //! A table of a stage file whose keys and values are those that are declared, with their places.
 
 use super::keys::{StageKey, StageTable, StageType};
+use super::older;
 use crate::colour::linear_from_srgb;
+use crate::light::LIGHTS_MAX;
 use crate::renamed::{NameKind, current};
 use crate::{Diagnostic, spelling};
 use glam::{Vec2, Vec3};
@@ -36,13 +38,34 @@ impl Source {
     }
 }
 
+/// The most tables of lists that are parsed: so many of each kind are possible, and parsed tables are far larger than
+/// their text.
+const MOST_TABLES: usize = 4 * LIGHTS_MAX as usize;
+
+/// The tables of a text.
+///
+/// # Errors
+/// It is not TOML, or has too many.
+pub(super) fn document(source: &Source) -> Result<Spanned<DeTable<'_>>, Box<Diagnostic>> {
+    let starts = std::iter::once(0).chain(source.text.match_indices('\n').map(|(at, _)| at + 1));
+    let is_table = |start: &usize| source.text.get(*start..).is_some_and(|rest| rest.starts_with("[["));
+    if let Some(start) = starts.filter(is_table).nth(MOST_TABLES) {
+        let message = format!("more than {MOST_TABLES} tables of lists; {LIGHTS_MAX} of a kind are possible");
+        return Err(source.fault(start..start + 2, message));
+    }
+    DeTable::parse(&source.text).map_err(|error| {
+        let end = source.text.len();
+        source.fault(error.span().unwrap_or(end..end), error.message())
+    })
+}
+
 /// Where what is looked for may belong.
 const SETTINGS_NOTE: &str =
     "settings, those of effects too, stand in [settings.NAME], and the chain of effects in [effects]";
 
 /// A value, and where it stands.
 #[derive(Clone, Debug)]
-pub(super) struct Placed<T> {
+pub(super) struct SpannedValue<T> {
     pub(super) value: T,
     pub(super) range: Range<usize>,
 }
@@ -58,7 +81,7 @@ enum Value {
     Layers(u32),
     Pairs(Vec<Vec2>),
     Vectors(Vec<Vec3>),
-    Texts(Vec<Placed<String>>),
+    Texts(Vec<SpannedValue<String>>),
     Values(Vec<(String, String)>),
 }
 
@@ -67,7 +90,7 @@ pub(super) struct Table<'s> {
     pub(super) source: &'s Source,
     /// Where it begins.
     pub(super) range: Range<usize>,
-    values: Vec<(&'static str, Placed<Value>)>,
+    values: Vec<(&'static str, SpannedValue<Value>)>,
 }
 
 impl<'s> Table<'s> {
@@ -89,14 +112,14 @@ impl<'s> Table<'s> {
             let is_of_stage = declared.name.is_empty();
             let kind = if is_of_stage { NameKind::StageTable } else { NameKind::StageKey(declared.name) };
             let name = current(kind, written);
-            if name != written && super::value(table, name).is_some() {
+            if name != written && older::value(table, name).is_some() {
                 let message =
                     format!("`{written}` is an older name of `{name}`, which is here, too; write `{name}` alone");
                 return Err(source.fault(key.span(), message));
             }
             if let Some(known) = declared.keys.iter().find(|known| known.name == name) {
                 let read = read(known, value.get_ref()).ok_or_else(|| refused(source, known, value))?;
-                values.push((known.name, Placed { value: read, range: value.span() }));
+                values.push((known.name, SpannedValue { value: read, range: value.span() }));
             } else if !beside.contains(&name) {
                 let place = if is_of_stage { "a stage" } else { declared.name };
                 let known = declared.keys.iter().map(|known| known.name).chain(beside.iter().copied());
@@ -112,7 +135,7 @@ impl<'s> Table<'s> {
         Ok(Self { source, range, values })
     }
 
-    fn value(&self, key: &str) -> Option<&Placed<Value>> {
+    fn value(&self, key: &str) -> Option<&SpannedValue<Value>> {
         self.values.iter().find(|(name, _)| *name == key).map(|(_, value)| value)
     }
 
@@ -121,9 +144,9 @@ impl<'s> Table<'s> {
         self.value(key).map(|placed| placed.range.clone())
     }
 
-    pub(super) fn text(&self, key: &str) -> Option<Placed<String>> {
-        let Placed { value: Value::Text(text), range } = self.value(key)? else { return None };
-        Some(Placed { value: text.clone(), range: range.clone() })
+    pub(super) fn text(&self, key: &str) -> Option<SpannedValue<String>> {
+        let SpannedValue { value: Value::Text(text), range } = self.value(key)? else { return None };
+        Some(SpannedValue { value: text.clone(), range: range.clone() })
     }
 
     pub(super) fn boolean(&self, key: &str) -> Option<bool> {
@@ -155,7 +178,7 @@ impl<'s> Table<'s> {
         if let Value::Vectors(vectors) = &self.value(key)?.value { Some(vectors) } else { None }
     }
 
-    pub(super) fn texts(&self, key: &str) -> Option<&[Placed<String>]> {
+    pub(super) fn texts(&self, key: &str) -> Option<&[SpannedValue<String>]> {
         if let Value::Texts(texts) = &self.value(key)?.value { Some(texts) } else { None }
     }
 
@@ -186,6 +209,11 @@ pub(super) fn tables<'t, 'i>(
         _ => Err(wrong(entry.span())),
     };
     entries.iter().map(of_entry).collect()
+}
+
+/// A whole number.
+pub(super) fn whole(table: &Table<'_>, key: &str, number: f32) -> Result<u32, Box<Diagnostic>> {
+    if number.fract() == 0.0 { Ok(number as u32) } else { Err(table.fault(key, format!("`{key}` is a whole number"))) }
 }
 
 fn refused(source: &Source, key: &StageKey, value: &Spanned<DeValue<'_>>) -> Box<Diagnostic> {
@@ -256,10 +284,12 @@ fn points<T>(value: &DeValue<'_>, read: impl Fn(&DeValue<'_>) -> Option<T>) -> O
     (points.len() >= 2).then_some(points)
 }
 
-fn texts(value: &DeValue<'_>) -> Option<Vec<Placed<String>>> {
+fn texts(value: &DeValue<'_>) -> Option<Vec<SpannedValue<String>>> {
     let DeValue::Array(entries) = value else { return None };
     let text = |entry: &Spanned<DeValue<'_>>| match entry.get_ref() {
-        DeValue::String(text) if !text.is_empty() => Some(Placed { value: text.to_string(), range: entry.span() }),
+        DeValue::String(text) if !text.is_empty() => {
+            Some(SpannedValue { value: text.to_string(), range: entry.span() })
+        }
         _ => None,
     };
     entries.iter().map(text).collect()

@@ -3,9 +3,11 @@
 mod effects;
 mod views;
 
+use super::keys::TABLES;
 use super::*;
+use crate::light::LIGHTS_MAX;
 use crate::material::LightEncoding;
-use crate::{Levels, Light, LightKind, Material, Mesh, Node, Primitive, SceneRoots};
+use crate::{Levels, Light, LightKind, Material, Mesh, Node, Primitive, Scene, SceneRoots};
 use glam::Vec3;
 use std::path::Path;
 

@@ -2,7 +2,7 @@
 
 use super::materials::StageImages;
 use super::surfaces::{LYING, Surface, nodes_called};
-use super::table::{Placed, Source, Table};
+use super::table::{Source, SpannedValue, Table};
 use crate::capture::LAYERS_ALL;
 use crate::water::{Clarity, WATER_IOR, WATER_MAX, Water};
 use crate::{Diagnostic, Material, NodeId, Scene, Wrap};
@@ -27,8 +27,8 @@ pub(super) struct WaterEntry {
     name: Option<String>,
     /// Without a node, and with the name of the entry.
     water: Water,
-    normal_map: Option<Placed<String>>,
-    simulation: Option<Placed<String>>,
+    normal_map: Option<SpannedValue<String>>,
+    simulation: Option<SpannedValue<String>>,
 }
 
 impl WaterEntry {
@@ -68,7 +68,7 @@ impl WaterEntry {
     }
 
     /// The image that it names.
-    pub(super) fn images(&self) -> impl Iterator<Item = &Placed<String>> {
+    pub(super) fn images(&self) -> impl Iterator<Item = &SpannedValue<String>> {
         self.normal_map.iter()
     }
 

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses a part")]
 #![allow(clippy::unwrap_used, reason = "A test that cannot go on should stop.")]
 
-use manypass_scene::{LoadError, Loaded, Primitive, load_bytes};
+use manypass_scene::{LoadError, LoadedScene, Primitive, load_bytes};
 use serde_json::{Value, json};
 
 /// glTF's numbers of component types.
@@ -76,14 +76,14 @@ impl Model {
     }
 
     /// Reads the model, its buffer as a file beside it.
-    pub fn try_load(mut self) -> Result<Loaded, LoadError> {
+    pub fn try_load(mut self) -> Result<LoadedScene, LoadError> {
         self.json["buffers"][0]["byteLength"] = json!(self.buffer.len());
         load_bytes(self.json.to_string().as_bytes(), &mut |_| Ok(self.buffer.clone()), "model.gltf")
     }
 
     /// Reads the model, which must be faultless.
     #[track_caller]
-    pub fn load(self) -> Loaded {
+    pub fn load(self) -> LoadedScene {
         let loaded = self.try_load().unwrap();
         assert_eq!(loaded.warnings, [""; 0]);
         loaded

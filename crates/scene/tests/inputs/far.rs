@@ -3,7 +3,7 @@
 use super::threemf::packed;
 use super::{check, load};
 use glam::Vec3;
-use manypass_scene::{Loaded, Scene};
+use manypass_scene::{LoadedScene, Scene};
 
 /// A triangle with legs of a centimetre, at a place of UTM coordinates in metres.
 const CORNERS: [&str; 3] = ["500000.25 4649776.125 100", "500000.26 4649776.125 100", "500000.25 4649776.135 100"];
@@ -23,7 +23,7 @@ fn places_world(scene: &Scene) -> Vec<Vec<Vec3>> {
 }
 
 /// Brings it near, and looks whether every node shows the triangle there.
-fn near(mut loaded: Loaded, name: &str) -> Vec<Vec<Vec3>> {
+fn near(mut loaded: LoadedScene, name: &str) -> Vec<Vec<Vec3>> {
     check(&loaded);
     assert!(loaded.scene.bring_near(), "{name}");
     let nodes = places_world(&loaded.scene);

@@ -1,7 +1,7 @@
 //! What the picture does not need is never a reason to refuse: a default is taken, and one warning counts it.
 
 use super::{check, load, load_with, primitives};
-use manypass_scene::{AlphaMode, Loaded, Topology};
+use manypass_scene::{AlphaMode, LoadedScene, Topology};
 
 const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 1 1 0\nvt 0 0\nvn 0 0 0\n";
 
@@ -14,7 +14,7 @@ fn png() -> Vec<u8> {
 
 /// A file is read, draws so many triangles, and says one thing; nothing where that is empty.
 #[track_caller]
-fn draws(loaded: &Loaded, triangles: usize, said: &str, about: &str) {
+fn draws(loaded: &LoadedScene, triangles: usize, said: &str, about: &str) {
     check(loaded);
     let found: usize = primitives(loaded).iter().map(|primitive| primitive.indices.len() / 3).sum();
     assert_eq!(found, triangles, "{about}: {:?}", loaded.warnings);
@@ -41,7 +41,7 @@ fn obj_is_read_whatever_its_lines_hold_besides() {
         let zero = "line 6: a normal has no direction";
         let others: Vec<&String> = loaded.warnings.iter().filter(|warning| !warning.contains(zero)).collect();
         assert_eq!(others.len() + 1, loaded.warnings.len(), "{lines}: {:?}", loaded.warnings);
-        let loaded = Loaded { warnings: others.into_iter().cloned().collect(), ..loaded.clone() };
+        let loaded = LoadedScene { warnings: others.into_iter().cloned().collect(), ..loaded.clone() };
         draws(&loaded, triangles, said, lines);
         assert!(primitives(&loaded)[0].normals.iter().all(|normal| *normal == [0.0, 0.0, 1.0]), "{lines}");
     }

@@ -8,16 +8,16 @@ mod ply;
 mod stl;
 mod threemf;
 
-use manypass_scene::{LoadError, Loaded, Primitive, load_bytes};
+use manypass_scene::{LoadError, LoadedScene, Primitive, load_bytes};
 use std::collections::BTreeMap;
 
 /// A model without files beside it.
-fn load(name: &str, bytes: &[u8]) -> Result<Loaded, LoadError> {
+fn load(name: &str, bytes: &[u8]) -> Result<LoadedScene, LoadError> {
     load_bytes(bytes, &mut |uri| Err(format!("there is no {uri}")), name)
 }
 
 /// A model with files beside it.
-fn load_with(name: &str, bytes: &[u8], files: &[(&str, &[u8])]) -> Loaded {
+fn load_with(name: &str, bytes: &[u8], files: &[(&str, &[u8])]) -> LoadedScene {
     let files: BTreeMap<&str, &[u8]> = files.iter().copied().collect();
     let mut resolve =
         |uri: &str| files.get(uri).map(|bytes| bytes.to_vec()).ok_or_else(|| format!("there is no {uri}"));
@@ -38,12 +38,12 @@ fn refusal(name: &str, bytes: &[u8]) -> String {
 }
 
 /// All primitives, of the meshes in their order.
-fn primitives(loaded: &Loaded) -> Vec<&Primitive> {
+fn primitives(loaded: &LoadedScene) -> Vec<&Primitive> {
     loaded.scene.meshes.iter().flat_map(|mesh| &mesh.primitives).collect()
 }
 
 /// Every attribute is empty or as long as the positions, indices are below that, and nothing is without end.
-fn check(loaded: &Loaded) {
+fn check(loaded: &LoadedScene) {
     for primitive in primitives(loaded) {
         let count = primitive.positions.len();
         let lengths = [

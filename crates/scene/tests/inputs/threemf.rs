@@ -1,5 +1,5 @@
 use super::{check, load, primitives, refusal, survives};
-use manypass_scene::{AlphaMode, Loaded};
+use manypass_scene::{AlphaMode, LoadedScene};
 use proptest::prelude::*;
 use std::io::{Cursor, Write};
 use zip::{CompressionMethod, ZipWriter, write::SimpleFileOptions};
@@ -38,7 +38,7 @@ pub(super) fn packed(model: &str) -> Vec<u8> {
     )
 }
 
-fn positions_world(loaded: &Loaded, node: usize) -> Vec<[i32; 3]> {
+fn positions_world(loaded: &LoadedScene, node: usize) -> Vec<[i32; 3]> {
     let node = &loaded.scene.nodes[node];
     let mesh = &loaded.scene.meshes[node.mesh.unwrap()];
     let positions = mesh.primitives.iter().flat_map(|primitive| &primitive.positions);

@@ -3,7 +3,7 @@
 use super::bvh::Bounds;
 use super::camera::as_f64;
 use super::materials::Material;
-use super::meshes::{Meshes, Part, Vertex};
+use super::meshes::{MeshPart, Meshes, Vertex};
 use super::textures::Images;
 use super::{Camera, Emission, Light, World};
 use glam::{DMat3, DMat4, DVec2, DVec3, DVec4, Vec3};
@@ -66,7 +66,8 @@ fn add_mesh(meshes: &mut Meshes, scene: &Scene, id: NodeId, mesh: &Mesh) {
         node.skin.map(|skin| scene.joint_matrices(skin)).unwrap_or_default().iter().map(as_f64).collect();
     let default_material = meshes.materials.len() - 1;
     for primitive in mesh.primitives.iter().filter(|primitive| primitive.topology == Topology::Triangles) {
-        let posed = Posed { primitive, weights, joints: &joints, world_from_object: as_f64(&node.world_from_object) };
+        let posed =
+            PosedPrimitive { primitive, weights, joints: &joints, world_from_object: as_f64(&node.world_from_object) };
         let part = meshes.parts.len() as u32;
         let first = meshes.vertices.len() as u32;
         meshes.vertices.extend((0..primitive.positions.len()).map(|index| posed.vertex(index)));
@@ -75,7 +76,7 @@ fn add_mesh(meshes: &mut Meshes, scene: &Scene, id: NodeId, mesh: &Mesh) {
             meshes.triangles.push(if is_mirrored { [a, c, b] } else { [a, b, c] }.map(|index| first + index));
             meshes.part_of.push(part);
         }
-        meshes.parts.push(Part {
+        meshes.parts.push(MeshPart {
             node: id.0 as usize,
             material: primitive.material.unwrap_or(default_material).min(default_material),
             casts_shadow: node.casts_shadow,
@@ -96,7 +97,7 @@ fn triangles(primitive: &Primitive) -> Vec<[u32; 3]> {
 }
 
 /// A primitive in its pose.
-struct Posed<'p> {
+struct PosedPrimitive<'p> {
     primitive: &'p Primitive,
     weights: &'p [f32],
     /// Of the skin; empty without one.
@@ -104,7 +105,7 @@ struct Posed<'p> {
     world_from_object: DMat4,
 }
 
-impl Posed<'_> {
+impl PosedPrimitive<'_> {
     fn is_deformed(&self) -> bool {
         self.is_skinned() || !self.primitive.morph_targets.is_empty()
     }

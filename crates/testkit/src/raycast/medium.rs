@@ -42,12 +42,12 @@ impl Default for Medium {
 
 /// The fog along a ray: density at its origin, and how fast it falls with distance, 1/m.
 #[derive(Clone, Copy, Debug)]
-struct Along {
+struct FogRay {
     density_per_m: f64,
     fall_per_m: f64,
 }
 
-impl Along {
+impl FogRay {
     /// ∫₀ᵗ density = density · (1 − exp(−k t)) / k.
     fn optical_depth(&self, distance_m: f64) -> f64 {
         let exponent = self.fall_per_m * distance_m;
@@ -84,9 +84,9 @@ pub(super) struct Event {
 }
 
 impl Medium {
-    fn along(&self, origin_world: DVec3, direction_world: DVec3) -> Along {
+    fn along(&self, origin_world: DVec3, direction_world: DVec3) -> FogRay {
         let height = (origin_world.y - self.base_height_m) / self.scale_height_m;
-        Along {
+        FogRay {
             density_per_m: self.density_per_m * (-height).exp(),
             fall_per_m: direction_world.y / self.scale_height_m,
         }

@@ -18,7 +18,7 @@ pub(super) struct Vertex {
 
 /// A primitive of a node.
 #[derive(Clone, Debug)]
-pub(super) struct Part {
+pub(super) struct MeshPart {
     /// Index of the node.
     pub node: usize,
     /// Index of the material.
@@ -37,7 +37,7 @@ pub struct Meshes {
     pub(super) triangles: Vec<[u32; 3]>,
     /// The part of each triangle.
     pub(super) part_of: Vec<u32>,
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<MeshPart>,
     pub(super) materials: Vec<Material>,
     bvh: Bvh,
     /// What counts as touching, in metres.
@@ -73,7 +73,7 @@ impl Meshes {
         triangle.map(|vertex| self.vertices[vertex as usize].position_world)
     }
 
-    fn part(&self, triangle: u32) -> (usize, &Part) {
+    fn part(&self, triangle: u32) -> (usize, &MeshPart) {
         let part = self.part_of[triangle as usize] as usize;
         (part, &self.parts[part])
     }
@@ -186,7 +186,8 @@ impl Meshes {
 
     /// Indices of parts that glow and whose box holds a place.
     pub(super) fn glowing_around(&self, position_world: DVec3) -> Vec<usize> {
-        let glows = |part: &Part| self.materials[part.material].emits() && part.bounds_world.contains(position_world);
+        let glows =
+            |part: &MeshPart| self.materials[part.material].emits() && part.bounds_world.contains(position_world);
         (0..self.parts.len()).filter(|index| glows(&self.parts[*index])).collect()
     }
 }

@@ -109,16 +109,16 @@ impl ShownTime {
 }
 
 /// Says while it lasts that a frame steps simulations. The frame may be dropped on its way.
-struct Stepping(ShownTime);
+struct StepGuard(ShownTime);
 
-impl Stepping {
+impl StepGuard {
     fn begin(time: &ShownTime) -> Self {
         time.0.is_stepping.set(true);
         Self(time.clone())
     }
 }
 
-impl Drop for Stepping {
+impl Drop for StepGuard {
     fn drop(&mut self) {
         self.0.0.is_stepping.set(false);
     }
@@ -237,7 +237,7 @@ impl Viewer {
             if !scene.has_simulations() {
                 return Ok(slices.are_several.get());
             }
-            let stepping = Stepping::begin(&self.time);
+            let stepping = StepGuard::begin(&self.time);
             let mut follow = |progress: SimulationProgress<'_>| slices.follow(progress);
             let stepped = self.renderer.simulate_in_turns(scene, &mut follow, &mut slices.turns()).await;
             drop(stepping);

@@ -1,7 +1,7 @@
 //! Variables of the last frame, and what its pixels show.
 
 use super::Viewer;
-use crate::types::{Picked, Variable, VariableName, object};
+use crate::types::{PickedPixel, Variable, VariableName, object};
 use manypass::aov::AovPasses;
 use manypass::{Aov, AovPixels, FrameRequest, Pose};
 use std::sync::Arc;
@@ -25,7 +25,7 @@ impl Viewer {
     ///
     /// # Errors
     /// When nothing was rendered, or the device failed.
-    pub async fn pick(&mut self, x: f64, y: f64) -> Result<Option<Picked>, JsError> {
+    pub async fn pick(&mut self, x: f64, y: f64) -> Result<Option<PickedPixel>, JsError> {
         let loss = self.loss.clone();
         loss.or(self.read_pixel(x, y)).await
     }
@@ -59,7 +59,7 @@ impl Viewer {
         Ok(object(&entries).unchecked_into())
     }
 
-    async fn read_pixel(&mut self, x: f64, y: f64) -> Result<Option<Picked>, JsError> {
+    async fn read_pixel(&mut self, x: f64, y: f64) -> Result<Option<PickedPixel>, JsError> {
         self.draw_variables(&[Aov::ObjectId, Aov::MaterialId, Aov::Position]).await?;
         let (Some(scene), Some(last)) = (&self.scene, &self.last) else { return Ok(None) };
         let is_inside = (0.0..f64::from(last.width)).contains(&x) && (0.0..f64::from(last.height)).contains(&y);

@@ -119,7 +119,7 @@ const ROWS: [Row; 27] = [
 
 /// What was measured of a row, after a copy.
 #[derive(Clone, Debug, Default)]
-struct Measured {
+struct Measurement {
     /// Of all its passes.
     ms: f64,
     passes: usize,
@@ -131,7 +131,7 @@ struct Measured {
     texture_bytes: f64,
 }
 
-impl Measured {
+impl Measurement {
     fn new(result: &Value, names: &[&str]) -> Result<Self> {
         let info = &result["info"];
         let passes = info["passes"].as_array().context("no passes were measured")?;
@@ -191,7 +191,7 @@ impl Bench<'_> {
     }
 
     /// Measures a row after a copy, or, without it, the frame beside which it stands.
-    fn measure_effect(&self, row: &Row, is_with: bool) -> Result<Measured> {
+    fn measure_effect(&self, row: &Row, is_with: bool) -> Result<Measurement> {
         let (width, height) = self.effects_size();
         let size = format!("{width}x{height}");
         let settings = settings_of(row.beside, if is_with { row.settings } else { &[] });
@@ -206,7 +206,7 @@ impl Bench<'_> {
                 command.arg("--effect").arg(self.effects_file(effect));
             }
             command.args(settings.iter().flat_map(|(key, value)| ["--set".to_owned(), format!("{key}={value}")]));
-            Measured::new(&last_json(&mut command)?, &names)
+            Measurement::new(&last_json(&mut command)?, &names)
         };
         let mut least = once()?;
         for _ in 1..if self.options.is_quick { QUICK_TURNS } else { TURNS } {
@@ -315,13 +315,13 @@ mod tests {
             |name: &str, gpu_ms: f64| json!({ "name": name, "gpu_ms": gpu_ms, "read_bytes": 8, "written_bytes": 4 });
         let passes = [pass("copy", 1.0), pass("blur.a", 2.0), pass("blur.b.2", 3.0), pass("blurred", 9.0)];
         let result = json!({ "info": { "passes": passes, "texture_bytes": 16, "texture_bytes_imported": 4 } });
-        let found = Measured::new(&result, &["blur"]).expect("measured");
+        let found = Measurement::new(&result, &["blur"]).expect("measured");
         assert_eq!((found.ms, found.passes, found.copy_ms, found.texture_bytes), (5.0, 2, 1.0, 20.0));
         assert_eq!((found.read_bytes, found.written_bytes), (16.0, 8.0));
-        let both = Measured::new(&result, &["blur", "blurred"]).expect("measured");
+        let both = Measurement::new(&result, &["blur", "blurred"]).expect("measured");
         assert_eq!((both.ms, both.passes), (14.0, 3));
         assert_eq!(both.more_than(&found).ms, 9.0);
-        assert!(Measured::new(&json!({ "info": {} }), &["blur"]).is_err());
+        assert!(Measurement::new(&json!({ "info": {} }), &["blur"]).is_err());
     }
 
     #[test]

@@ -3,7 +3,7 @@
 use super::Bench;
 use crate::table::ratio;
 use anyhow::{Context, Result, ensure};
-use manypass_testkit::growth::Many;
+use manypass_testkit::growth::GrowthAxis;
 use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};
@@ -25,7 +25,7 @@ const FEW: usize = 4;
 
 /// What a run took.
 #[derive(Clone, Copy, Debug)]
-struct Taken {
+struct RunCost {
     secs: f64,
     peak_mib: f64,
 }
@@ -48,7 +48,7 @@ pub(super) fn print(bench: &mut Bench) -> Result<()> {
     bench.report.begin("Ten times as many things: `info`, and a still of 64x64", &columns);
     let start = Instant::now();
     let folder = bench.measurements.folder.join("growth");
-    for many in Many::ALL {
+    for many in GrowthAxis::ALL {
         // Of a run that was interrupted.
         let _ = std::fs::remove_dir_all(&folder);
         std::fs::create_dir_all(&folder).with_context(|| format!("making {}", folder.display()))?;
@@ -65,11 +65,11 @@ pub(super) fn print(bench: &mut Bench) -> Result<()> {
 }
 
 /// The rows of one kind of things.
-fn print_rows(bench: &mut Bench, many: Many, folder: &Path, start: Instant) -> Result<()> {
+fn print_rows(bench: &mut Bench, many: GrowthAxis, folder: &Path, start: Instant) -> Result<()> {
     let program = bench.measurements.program.clone();
     let bare = still(&program, folder, &write(folder, many, FEW)?)?;
-    let mut last: [Option<Taken>; 2] = [None; 2];
-    let counts = if many == Many::Items { ITEM_COUNTS } else { COUNTS };
+    let mut last: [Option<RunCost>; 2] = [None; 2];
+    let counts = if many == GrowthAxis::Items { ITEM_COUNTS } else { COUNTS };
     for count in counts {
         let has_time = start.elapsed().as_secs_f64() < TABLE_MAX_SECS;
         let [is_read, is_drawn] = last.map(|last| has_time && is_expected_soon(last));
@@ -93,17 +93,17 @@ fn print_rows(bench: &mut Bench, many: Many, folder: &Path, start: Instant) -> R
         }
         bench.report.row(cells);
         // A size that is left out leaves out the larger ones.
-        last = [read, drawn].map(|found| Some(found.unwrap_or(Taken { secs: f64::INFINITY, peak_mib: 0.0 })));
+        last = [read, drawn].map(|found| Some(found.unwrap_or(RunCost { secs: f64::INFINITY, peak_mib: 0.0 })));
     }
     Ok(())
 }
 
 /// Whether ten times as many things as took so long will not take too long; the fewest always are.
-fn is_expected_soon(tenth: Option<Taken>) -> bool {
+fn is_expected_soon(tenth: Option<RunCost>) -> bool {
     tenth.is_none_or(|tenth| 10.0 * tenth.secs < CELL_MAX_SECS)
 }
 
-impl Taken {
+impl RunCost {
     fn beside(self, bare: Self) -> Self {
         Self { secs: (self.secs - bare.secs).max(0.0), peak_mib: (self.peak_mib - bare.peak_mib).max(0.0) }
     }
@@ -115,10 +115,10 @@ impl Taken {
 }
 
 /// Writes the file, and whatever it names; its name.
-fn write(folder: &Path, many: Many, count: usize) -> Result<String> {
+fn write(folder: &Path, many: GrowthAxis, count: usize) -> Result<String> {
     let mut files = vec![many];
-    if many == Many::Items {
-        files.push(Many::Nodes);
+    if many == GrowthAxis::Items {
+        files.push(GrowthAxis::Nodes);
     }
     for many in files {
         let path = folder.join(many.file_name(count));
@@ -127,17 +127,17 @@ fn write(folder: &Path, many: Many, count: usize) -> Result<String> {
     Ok(many.file_name(count))
 }
 
-fn info(program: &Path, folder: &Path, file: &str) -> Result<Taken> {
+fn info(program: &Path, folder: &Path, file: &str) -> Result<RunCost> {
     run(Command::new(program).args(["info", file]).current_dir(folder))
 }
 
-fn still(program: &Path, folder: &Path, file: &str) -> Result<Taken> {
+fn still(program: &Path, folder: &Path, file: &str) -> Result<RunCost> {
     let still = ["--size", "64x64", "--samples", "1", "--quiet", "-o", "still.png"];
     run(Command::new(program).args(["render", file]).args(still).current_dir(folder))
 }
 
 /// Runs a program to its end.
-fn run(command: &mut Command) -> Result<Taken> {
+fn run(command: &mut Command) -> Result<RunCost> {
     let start = Instant::now();
     let mut child = command
         .env("RUST_LOG", "off")
@@ -155,7 +155,7 @@ fn run(command: &mut Command) -> Result<Taken> {
         std::thread::sleep(Duration::from_millis(2));
     };
     ensure!(status.success(), "{command:?} ended with {status}");
-    Ok(Taken { secs: start.elapsed().as_secs_f64(), peak_mib })
+    Ok(RunCost { secs: start.elapsed().as_secs_f64(), peak_mib })
 }
 
 /// The most memory that a process has had until now; none where the system does not say it.
@@ -169,8 +169,8 @@ fn peak_of(process: u32) -> Option<f64> {
 mod tests {
     use super::*;
 
-    fn taken(secs: f64) -> Taken {
-        Taken { secs, peak_mib: 0.0 }
+    fn taken(secs: f64) -> RunCost {
+        RunCost { secs, peak_mib: 0.0 }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! Running the program: cells, each a scene under a way of lighting, measured in turns and held against brute force.
 
-use super::way::{Effort, Judged, Way};
+use super::way::{Effort, Judgement, Way};
 use crate::step::{last_json, open_picture};
 use crate::table::median;
 use anyhow::{Context, Result, bail};
@@ -174,11 +174,11 @@ impl Measurements {
     /// There is none of either.
     pub fn verdict(&self, scene: &Scene, way: &Way, brute_force: &Way) -> Result<Verdict> {
         let tolerance = match way.judged {
-            Judged::NotCompared => return Ok(Verdict::NotCompared),
-            Judged::AsDeferred => Tolerance::default(),
+            Judgement::NotCompared => return Ok(Verdict::NotCompared),
+            Judgement::AsDeferred => Tolerance::default(),
             // Deferred surfaces have base colour and roughness in 8 bits: half a step of base colour is up to 0.5/255
             // of a lit surface, and roughness moves the sharpest highlights by more than 2/255.
-            Judged::AsForward => Tolerance { share: 0.99, share_between: 0.99, mean: 0.5, ..Tolerance::default() },
+            Judgement::AsForward => Tolerance { share: 0.99, share_between: 0.99, mean: 0.5, ..Tolerance::default() },
         };
         let picture = |way: &Way| {
             let cell = self.cell(scene, way)?.with_context(|| format!("{}, {}: no picture", scene.name, way.name))?;

@@ -2,7 +2,7 @@
 
 /// How the picture of a way is held against that of brute force.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Judged {
+pub(super) enum Judgement {
     AsDeferred,
     /// Surfaces do not go through the G-buffer.
     AsForward,
@@ -15,7 +15,7 @@ pub(super) enum Judged {
 pub(super) struct Way {
     pub name: &'static str,
     pub arguments: &'static [&'static str],
-    pub judged: Judged,
+    pub judged: Judgement,
     /// The most lights with which a turn takes seconds, and with which a single frame takes a minute at most.
     most_lights: (usize, usize),
     /// Whether every visited pair is blended into the target.
@@ -33,7 +33,13 @@ pub(super) enum Effort {
 
 impl Way {
     const fn deferred(name: &'static str, arguments: &'static [&'static str]) -> Self {
-        Self { name, arguments, judged: Judged::AsDeferred, most_lights: (usize::MAX, usize::MAX), blends_pairs: false }
+        Self {
+            name,
+            arguments,
+            judged: Judgement::AsDeferred,
+            most_lights: (usize::MAX, usize::MAX),
+            blends_pairs: false,
+        }
     }
 
     /// How much is measured of it with so many lights.
@@ -52,14 +58,15 @@ static TILED: Way = Way::deferred("tiled", &["--light-culling", "tiled"]);
 static VOLUMES: Way = Way { blends_pairs: true, ..Way::deferred("volumes", &["--light-culling", "volumes"]) };
 static VOLUMES_STENCIL: Way =
     Way { blends_pairs: true, ..Way::deferred("volumes-stencil", &["--light-culling", "volumes-stencil"]) };
-pub(super) static FORWARD: Way = Way { judged: Judged::AsForward, ..Way::deferred("forward", &["--path", "forward"]) };
+pub(super) static FORWARD: Way =
+    Way { judged: Judgement::AsForward, ..Way::deferred("forward", &["--path", "forward"]) };
 static FORWARD_BATCHED: Way = Way {
-    judged: Judged::AsForward,
+    judged: Judgement::AsForward,
     most_lights: (64, 1024),
     ..Way::deferred("forward-batched", &["--path", "forward-batched"])
 };
 static GOURAUD: Way = Way {
-    judged: Judged::NotCompared,
+    judged: Judgement::NotCompared,
     most_lights: (1024, usize::MAX),
     ..Way::deferred("gouraud", &["--path", "gouraud"])
 };
@@ -76,22 +83,22 @@ const COARSER: [&str; 2] = ["--set", "lod.simplify=true"];
 
 /// What levels of detail leave out, all first.
 pub(super) static LEVELS: [&Way; 6] = [
-    &Way { judged: Judged::NotCompared, ..Way::deferred("all", &["--set", "lod.enabled=false"]) },
+    &Way { judged: Judgement::NotCompared, ..Way::deferred("all", &["--set", "lod.enabled=false"]) },
     &Way {
-        judged: Judged::NotCompared,
+        judged: Judgement::NotCompared,
         ..Way::deferred(
             "no normal maps and coats",
             &[LESS[0], LESS[1], "--set", "lod.plain_px=0", "--set", "lod.untextured_px=0"],
         )
     },
     &Way {
-        judged: Judged::NotCompared,
+        judged: Judgement::NotCompared,
         ..Way::deferred("and no layers", &[LESS[0], LESS[1], "--set", "lod.untextured_px=0"])
     },
-    &Way { judged: Judged::NotCompared, ..Way::deferred("and no textures", &LESS) },
-    &Way { judged: Judged::NotCompared, ..Way::deferred("coarser meshes", &COARSER) },
+    &Way { judged: Judgement::NotCompared, ..Way::deferred("and no textures", &LESS) },
+    &Way { judged: Judgement::NotCompared, ..Way::deferred("coarser meshes", &COARSER) },
     &Way {
-        judged: Judged::NotCompared,
+        judged: Judgement::NotCompared,
         ..Way::deferred("coarser meshes, no textures", &[LESS[0], LESS[1], COARSER[0], COARSER[1]])
     },
 ];

@@ -54,7 +54,7 @@ pub(super) struct Distance {
 
 /// A picture that was rendered.
 #[derive(Clone, Debug)]
-pub(super) struct Rendered {
+pub(super) struct RenderedPicture {
     pub path: PathBuf,
     /// What the program warned of.
     pub warnings: Vec<String>,
@@ -62,7 +62,13 @@ pub(super) struct Rendered {
 
 impl Fidelity<'_> {
     /// Renders a scene in a size that is compared.
-    pub fn render(&self, scenario: &Scenario, model: &Path, environment: &Path, size: (u32, u32)) -> Result<Rendered> {
+    pub fn render(
+        &self,
+        scenario: &Scenario,
+        model: &Path,
+        environment: &Path,
+        size: (u32, u32),
+    ) -> Result<RenderedPicture> {
         let large = self.folder.join(format!("{}.large.png", scenario.name));
         let mut command = Command::new(&self.program);
         command.arg("render").arg(model).arg("-o").arg(&large).arg("--environment").arg(environment);
@@ -86,7 +92,7 @@ impl Fidelity<'_> {
             .with_context(|| format!("writing {}", path.display()))?;
         std::fs::remove_file(&large).with_context(|| format!("removing {}", large.display()))?;
         let warnings = said.lines().filter_map(|line| line.strip_prefix("warning: ")).map(str::to_owned).collect();
-        Ok(Rendered { path, warnings })
+        Ok(RenderedPicture { path, warnings })
     }
 
     /// Compares two pictures, of which the second has an encoding; `sheet` is the name of the sheet that shows both.

@@ -2,7 +2,7 @@
 
 use super::Fidelity;
 use super::as_published::as_published;
-use super::pictures::{Distance, Encoding, Rendered, size_of};
+use super::pictures::{Distance, Encoding, RenderedPicture, size_of};
 use super::scenarios::{self, Scenario};
 use crate::table::median;
 use anyhow::{Context, Result};
@@ -21,7 +21,7 @@ struct Row {
     to_cycles: Pair,
     /// Why it counts for no median.
     reason: Option<&'static str>,
-    rendered: Rendered,
+    rendered: RenderedPicture,
 }
 
 /// Our distance and Filament's from the same picture.

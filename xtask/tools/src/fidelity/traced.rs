@@ -20,7 +20,7 @@ const SAMPLES: u32 = 64;
 const SIDE_PX: f64 = 288.0;
 
 /// A scene: its name, its model, and its environment (none: the file's lights alone).
-struct Traced {
+struct TracedScene {
     name: &'static str,
     model: Model,
     environment: Option<&'static str>,
@@ -43,18 +43,18 @@ const ROOM: Option<&str> = Some("environments/lightroom_14b_approx_1k.hdr");
 const DAWN: Option<&str> = Some("environments/spruit_sunrise_1k.hdr");
 
 /// A published scene under an environment.
-const fn sky(name: &'static str, environment: Option<&'static str>) -> Traced {
-    Traced { name, model: Model::Published, environment, camera: &[] }
+const fn sky(name: &'static str, environment: Option<&'static str>) -> TracedScene {
+    TracedScene { name, model: Model::Published, environment, camera: &[] }
 }
 
 /// A file under an environment.
-const fn asset(name: &'static str, model: &'static str, environment: Option<&'static str>) -> Traced {
-    Traced { name, model: Model::Asset(model), environment, camera: &[] }
+const fn asset(name: &'static str, model: &'static str, environment: Option<&'static str>) -> TracedScene {
+    TracedScene { name, model: Model::Asset(model), environment, camera: &[] }
 }
 
 /// A model that is written here, seen from the front.
-const fn made(name: &'static str, subject: Subject, environment: Option<&'static str>) -> Traced {
-    Traced {
+const fn made(name: &'static str, subject: Subject, environment: Option<&'static str>) -> TracedScene {
+    TracedScene {
         name,
         model: Model::Made(subject),
         environment,
@@ -63,7 +63,7 @@ const fn made(name: &'static str, subject: Subject, environment: Option<&'static
 }
 
 /// A file with lights of its own, without environment.
-const fn lamps(name: &'static str, model: &'static str) -> Traced {
+const fn lamps(name: &'static str, model: &'static str) -> TracedScene {
     asset(name, model, None)
 }
 
@@ -71,7 +71,7 @@ const ANISOTROPY: &str = "khronos-sample-assets/Models/AnisotropyStrengthTest/gl
 const GLOSSINESS: &str = "gltf-transform/core/test/in/BoxTextured_glTF-pbrSpecularGlossiness/BoxTextured.gltf";
 
 /// What core glTF can say, and the extensions of which no one has published a picture that we have.
-const SCENES: [Traced; 24] = [
+const SCENES: [TracedScene; 24] = [
     sky("Duck", ROOM),
     sky("BoxTextured", ROOM),
     sky("DamagedHelmet", DAWN),
@@ -95,7 +95,7 @@ const SCENES: [Traced; 24] = [
     asset("BoxTextured-glossiness", GLOSSINESS, ROOM),
     made("specular_glossiness", Subject::SpecularGlossiness, ROOM),
     made("specular_glossiness", Subject::SpecularGlossiness, None),
-    Traced {
+    TracedScene {
         camera: &["--eye", "0.04,0.03,0.2", "--target", "0,0,0", "--fov-y", "35"],
         ..asset("DispersionTest", "threejs/DispersionTest.glb", ROOM)
     },
@@ -147,7 +147,7 @@ pub(super) fn print(run: &mut Fidelity) -> Result<()> {
 
 impl Fidelity<'_> {
     /// Draws our picture; its report has the camera, which is Mitsuba's too.
-    fn job(&self, scene: &Traced, assets: &Path) -> Result<Job> {
+    fn job(&self, scene: &TracedScene, assets: &Path) -> Result<Job> {
         let (light, stem) = match scene.environment {
             Some(file) if file.contains("spruit") => ("sunrise", "sunrise"),
             Some(_) => ("room", "room"),

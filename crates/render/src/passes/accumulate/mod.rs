@@ -51,7 +51,7 @@ pub enum Average {
 
 /// Of which part of every sample it is the mean.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Part {
+pub enum SamplePart {
     /// Of all of it, whose alpha is coverage and nothing else.
     Whole,
     /// Of all of it, in which what glows is marked.
@@ -68,7 +68,7 @@ pub struct Share {
     /// What is averaged.
     pub average: Average,
     /// Of what.
-    pub part: Part,
+    pub part: SamplePart,
     /// How many frames the mean holds already.
     pub sample_index: u32,
     /// From pre-exposed radiance to what the tone curve takes.
@@ -134,9 +134,9 @@ fn prepare<'r, 'f>(
     let (from, to) = (radiance.desc(), next.desc());
     let is_scaled = (from.width, from.height) != (to.width, to.height);
     let [share, share_of_glow] = match part {
-        Part::Whole | Part::Marked => [1.0, 0.0],
-        Part::Glow => [0.0, 1.0],
-        Part::Rest => [1.0, -1.0],
+        SamplePart::Whole | SamplePart::Marked => [1.0, 0.0],
+        SamplePart::Glow => [0.0, 1.0],
+        SamplePart::Rest => [1.0, -1.0],
     };
     // The mean of the frames so far, so that the picture can be shown at any time.
     let weight = 1.0 / (sample_index as f32 + 1.0);
@@ -151,7 +151,7 @@ fn prepare<'r, 'f>(
     };
     let step = r
         .fullscreen(name, "accumulate", &[])
-        .constants(&[chosen, ("scaled", u32::from(is_scaled)), ("marked", u32::from(part != Part::Whole))])
+        .constants(&[chosen, ("scaled", u32::from(is_scaled)), ("marked", u32::from(part != SamplePart::Whole))])
         .uniform("accumulation", &uniform)
         .read("radiance", radiance)
         // The first frame looks at nothing before it, but something has to be bound.

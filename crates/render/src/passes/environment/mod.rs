@@ -10,7 +10,7 @@
 
 use crate::environment::ENVIRONMENT_FORMAT;
 use crate::environment::lobe::{FACES, Lobe, LobeTable};
-use crate::environment::picture::{EnvironmentTiles, Unfinished};
+use crate::environment::picture::{EnvironmentTiles, TileSources};
 use crate::environment_tiles::Tile;
 use crate::pass_info::PassInfo;
 use crate::record::Recorder;
@@ -103,17 +103,17 @@ struct PrefilterUniform {
 /// A program that does not compile, or declares what nobody binds.
 pub(crate) fn record(
     r: &mut Recorder<'_, '_>,
-    (tiles, unfinished): (&EnvironmentTiles, &Unfinished),
+    (tiles, unfinished): (&EnvironmentTiles, &TileSources),
     picture: &Handle,
     target: Handle,
 ) -> Result<Handle, ProgramError> {
-    let Unfinished { lobes, table, source_side, .. } = unfinished;
+    let TileSources { lobes, table, source_side, .. } = unfinished;
     let source = halves(r, tiles, picture, *source_side)?;
     let mirror = Tile::of_level(0, tiles.sides);
     let step = r.fullscreen("environment.mirror", "environment_mirror", &[]).read("equirectangular", picture);
     let step = step.uniform("environment_tile", &TileUniform::new(mirror)).within(mirror.rectangle());
     // What files bring is there already.
-    let Unfinished { is_prefiltered, has_irradiance, .. } = *unfinished;
+    let TileSources { is_prefiltered, has_irradiance, .. } = *unfinished;
     let is_kept = is_prefiltered || has_irradiance;
     let load = if is_kept { ColorLoad::Keep } else { ColorLoad::Clear(wgpu::Color::BLACK) };
     let mut target = step.draw_into(target, load)?;

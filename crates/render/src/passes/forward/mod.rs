@@ -17,7 +17,7 @@ use crate::pass_info::PassInfo;
 use crate::record::{ADD, DrawSelection, Recorder, SurfacePass};
 use crate::screen_space::{ScreenSpaceEffects, ScreenSpaceLight};
 use crate::shader::program::ProgramError;
-use crate::transparency::{Blended, GLASS_DISTANCES, Peel, Side, Weighting};
+use crate::transparency::{BlendTargets, GLASS_DISTANCES, Peel, Side, Weighting};
 use manypass_graph::{ColorLoad, DepthLoad, Handle};
 
 /// What lists of passes say of this one.
@@ -372,9 +372,9 @@ pub(crate) fn record_transmissive(
 pub fn record_blended(
     r: &mut Recorder<'_, '_>,
     fog: &FogSettings,
-    blended: Blended,
+    blended: BlendTargets,
     peel: Option<Peel<'_>>,
-) -> Result<Blended, ProgramError> {
+) -> Result<BlendTargets, ProgramError> {
     let (view, weighting) = (r.view, blended.weighting(r));
     let is_lit = fog.scatters();
     let fog = FogUniform::new(fog, view.uniform.pre_exposure);

@@ -12,7 +12,7 @@ use crate::pass_info::PassInfo;
 use crate::record::{DrawSelection, Recorder, SurfacePass};
 use crate::render_settings::Path;
 use crate::shader::program::ProgramError;
-use crate::transparency::{Blended, Peel, Side, Weighting};
+use crate::transparency::{BlendTargets, Peel, Side, Weighting};
 use manypass_graph::{DepthLoad, Handle};
 
 /// What lists of passes say of this one.
@@ -50,9 +50,9 @@ pub fn record_opaque(
 pub fn record_blended(
     r: &mut Recorder<'_, '_>,
     fog: &FogSettings,
-    blended: Blended,
+    blended: BlendTargets,
     peel: Option<Peel<'_>>,
-) -> Result<Blended, ProgramError> {
+) -> Result<BlendTargets, ProgramError> {
     let (view, weighting) = (r.view, blended.weighting(r));
     let is_lit = fog.scatters();
     let (axes, fog) = (view.light_axes(), FogUniform::new(fog, view.uniform.pre_exposure));

@@ -12,7 +12,7 @@ pub use settings::{MultisamplingSettings, PixelSamples};
 use crate::pass_info::{PassInfo, Reach};
 use crate::record::Recorder;
 use crate::render_settings::Path;
-use crate::transparency::Blended;
+use crate::transparency::BlendTargets;
 use manypass_graph::{ColorLoad, Handle, TextureDesc};
 use std::borrow::Cow;
 
@@ -52,8 +52,8 @@ pub fn record_between(
 
 /// What is left of `blended` to be made one picture: where there are sums, shaders read them, and see one of each
 /// pixel.
-pub fn record_blended(r: &mut Recorder<'_, '_>, blended: Blended) -> Blended {
+pub fn record_blended(r: &mut Recorder<'_, '_>, blended: BlendTargets) -> BlendTargets {
     let Some([sum, weights]) = blended.sums else { return blended };
     let sums = Some([record(r, "resolve.sum", sum), record(r, "resolve.weights", weights)]);
-    Blended { radiance: record(r, "resolve.opaque", blended.radiance), sums, ..blended }
+    BlendTargets { radiance: record(r, "resolve.opaque", blended.radiance), sums, ..blended }
 }

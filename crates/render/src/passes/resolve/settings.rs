@@ -1,6 +1,6 @@
 //! Settings of multisampling.
 
-use crate::setting::{NumberType, Scalar, SettingField, SettingType, SettingValue, Written, settings};
+use crate::setting::{NumberType, Scalar, SettingField, SettingInput, SettingType, SettingValue, settings};
 
 /// The number of samples a pixel in multisampling. All adapters have these two numbers, and no other.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,7 +33,7 @@ impl SettingField for PixelSamples {
         Self::NUMBERS
     }
 
-    fn read(written: &Written) -> Option<Self> {
+    fn read(written: &SettingInput) -> Option<Self> {
         [Self::One, Self::Four].into_iter().find(|samples| u32::read(written) == Some(samples.count()))
     }
 

@@ -9,7 +9,7 @@
 use crate::pass_info::PassInfo;
 use crate::record::Recorder;
 use crate::shader::program::ProgramError;
-use crate::transparency::Blended;
+use crate::transparency::BlendTargets;
 use manypass_graph::{ColorLoad, Handle};
 
 /// What lists of passes say of this one.
@@ -19,8 +19,8 @@ pub const PASS: PassInfo = PassInfo::new("transparency");
 ///
 /// # Errors
 /// A program that does not compile.
-pub fn record(r: &mut Recorder<'_, '_>, blended: Blended) -> Result<(Handle, Handle), ProgramError> {
-    let Blended { radiance, depth, sums, .. } = blended;
+pub fn record(r: &mut Recorder<'_, '_>, blended: BlendTargets) -> Result<(Handle, Handle), ProgramError> {
+    let BlendTargets { radiance, depth, sums, .. } = blended;
     let Some([sums, weights]) = sums else { return Ok((radiance, depth)) };
     let step = r.fullscreen("transparency", "transparency", &[]).read("sums", &sums).read("weights", &weights);
     let over = wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING;

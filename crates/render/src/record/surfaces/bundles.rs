@@ -24,7 +24,7 @@ pub(super) struct PassKey {
 
 /// What all draws of a pass have in common, beside what their commands say.
 #[derive(Debug, PartialEq)]
-struct Common {
+struct SharedBindings {
     targets: Targets,
     view: wgpu::BindGroup,
     instances: wgpu::Buffer,
@@ -32,7 +32,7 @@ struct Common {
 
 #[derive(Debug, Default)]
 struct PassBundles {
-    common: Option<Common>,
+    common: Option<SharedBindings>,
     /// By the index of the chunk.
     chunks: HashMap<u32, KeptChunk>,
     last_frame: u64,
@@ -92,7 +92,7 @@ impl Bundles {
         (key, targets): (PassKey, Targets),
         chunks: Vec<Chunk>,
     ) {
-        let common = Common { targets, view: view.group.clone(), instances: view.instances.clone() };
+        let common = SharedBindings { targets, view: view.group.clone(), instances: view.instances.clone() };
         let mut passes = self.passes.borrow_mut();
         let pass = passes.entry(key).or_default();
         pass.last_frame = self.frame.get();
@@ -123,7 +123,7 @@ impl Bundles {
     }
 }
 
-fn bundle(chunk: &Chunk, common: &Common, frame: &Frame<'_>, view: &PreparedView) -> wgpu::RenderBundle {
+fn bundle(chunk: &Chunk, common: &SharedBindings, frame: &Frame<'_>, view: &PreparedView) -> wgpu::RenderBundle {
     let Targets { colors, depth, samples, depth_write, .. } = &common.targets;
     let color_formats: Vec<_> = colors.iter().copied().map(Some).collect();
     let mut encoder = frame.gpu.device.create_render_bundle_encoder(&wgpu::RenderBundleEncoderDescriptor {

@@ -20,9 +20,9 @@ use crate::shader::program::ProgramError;
 use bundles::PassKey;
 use bytemuck::Pod;
 use encode::encode;
-use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, Read, TextureDesc};
+use manypass_graph::{ColorLoad, DepthLoad, Handle, Pass, ReadKey, TextureDesc};
 use pipelines::Targets;
-use prepared::{BoundShapes, Chunk, Preparing};
+use prepared::{BoundShapes, Chunk, PassDraws};
 use std::borrow::Cow;
 
 /// The surfaces of the draw list that a pass draws.
@@ -62,7 +62,7 @@ pub struct SurfacePass<'r, 'f> {
     view: &'f PreparedView,
     program: &'static str,
     resources: Vec<(&'static str, Resource)>,
-    reads: Vec<(&'static str, Read)>,
+    reads: Vec<(&'static str, ReadKey)>,
     axes: Vec<&'static str>,
     colors: Vec<wgpu::TextureFormat>,
     blend: Option<wgpu::BlendState>,
@@ -293,7 +293,7 @@ impl<'r, 'f> SurfacePass<'r, 'f> {
         let clouds = (!vertices_alone).then_some(clouds);
         let prepare = move |of_pass: &[(&'static str, Resource)], targets: &Targets| {
             let preparing =
-                Preparing { frame, view, program, targets, of_pass, pass_axes: &axes, casts: false, decals, clouds };
+                PassDraws { frame, view, program, targets, of_pass, pass_axes: &axes, casts: false, decals, clouds };
             preparing.prepare(&draws, which, &mut BoundShapes::default())
         };
         if reads.is_empty() {

@@ -1,14 +1,14 @@
 //! A list of draws as commands, with the pipelines and groups that they bind.
 
 use super::pipelines::{ALPHA_TO_COVERAGE, Key, SurfacePipeline, Targets};
-use super::shape::{Shape, Special};
+use super::shape::{Shape, SpecialPrograms};
 use super::{DecalUse, DrawSelection};
 use crate::decals::DECALS;
 use crate::draws::{BLOCK_ITEMS, Draw, FADES, Item, MASKED, VisibleClouds, WorldDraws};
 use crate::record::bind_groups::Resource;
 use crate::record::{Frame, PreparedView};
 use crate::resources::layers::{RELIEF, SHADED_WHERE_DRAWN};
-use crate::resources::{FactorsOf, Geometry, Place, Sampled};
+use crate::resources::{FactorsOf, Geometry, Place, SampledTexture};
 use crate::shader::program::ProgramError;
 use crate::shader::{Program, compose};
 use manypass_scene::Topology;
@@ -80,7 +80,7 @@ fn chunk_of(draw: &Draw) -> u32 {
 }
 
 /// The draws of a view that a pass draws, with the pass's program, targets and uniforms.
-pub(super) struct Preparing<'p, 'f> {
+pub(super) struct PassDraws<'p, 'f> {
     pub frame: &'f Frame<'f>,
     pub view: &'f PreparedView,
     pub program: &'static str,
@@ -111,7 +111,7 @@ impl Default for BoundShapes {
     }
 }
 
-impl Preparing<'_, '_> {
+impl PassDraws<'_, '_> {
     pub fn prepare(
         &self,
         draws: &[Draw],
@@ -120,7 +120,7 @@ impl Preparing<'_, '_> {
     ) -> Result<Vec<Chunk>, ProgramError> {
         let Frame { resources, world, .. } = *self.frame;
         let is_reflected = self.view.is_reflected();
-        let special = Special::of(self.program);
+        let special = SpecialPrograms::of(self.program);
         let BoundShapes { by_shape, by_layers, all: all_bound } = shapes;
         let mut chunks: Vec<Chunk> = Vec::new();
         let mut state = State::default();
@@ -190,7 +190,7 @@ impl Preparing<'_, '_> {
         Ok(chunks)
     }
 
-    fn bind(&self, shape: Shape, special: Special) -> Result<Bound, ProgramError> {
+    fn bind(&self, shape: Shape, special: SpecialPrograms) -> Result<Bound, ProgramError> {
         let Shape { axes, topology, faces, mirrored, layers, directed_light, fades, is_decaled } = shape;
         let mut targets = self.targets.clone();
         if !is_decaled {
@@ -330,7 +330,7 @@ fn material_bind_group(
     };
     let Some(factors) = factors else { return Ok(None) };
     let view = |slot: usize| wgpu::BindingResource::TextureView(&material.textures[slot].0);
-    let of_scene = |(_, sampler): &Sampled| resources.textures.sampler(*sampler, sampling);
+    let of_scene = |(_, sampler): &SampledTexture| resources.textures.sampler(*sampler, sampling);
     let samplers = material.textures.each_ref().map(of_scene);
     let sampler = |slot: usize| wgpu::BindingResource::Sampler(&samplers[slot]);
     let mut known = Vec::from([

@@ -24,13 +24,13 @@ pub(super) struct Shape {
 
 /// The programs that draw special materials in place of a pass's own.
 #[derive(Clone, Copy)]
-pub(super) struct Special {
+pub(super) struct SpecialPrograms {
     layered: Option<&'static str>,
     detailed: Option<&'static str>,
     relief: Option<&'static str>,
 }
 
-impl Special {
+impl SpecialPrograms {
     pub fn of(program: &str) -> Self {
         let (layered, detailed) = (compose::layered_of(program), compose::detailed_of(program));
         Self { layered, detailed, relief: compose::relief_of(program) }

@@ -2,7 +2,7 @@
 
 use super::encode::encode;
 use super::pipelines::Targets;
-use super::prepared::{BoundShapes, Chunk, Preparing};
+use super::prepared::{BoundShapes, Chunk, PassDraws};
 use super::{DecalUse, DrawSelection};
 use crate::draws::Tile;
 use crate::record::fullscreen::is_drawable;
@@ -52,7 +52,7 @@ impl<'r, 'f> TilePass<'r, 'f> {
             return Ok(pass.depth_stencil(target, DepthLoad::Keep));
         }
         let clear = if is_first { None } else { Some(frame.shaders.depth_clear(format)?) };
-        let preparing = Preparing {
+        let preparing = PassDraws {
             frame,
             view,
             program,

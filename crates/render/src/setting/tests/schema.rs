@@ -1,7 +1,7 @@
 //! The schema and the reader of files against each other: what one takes the other takes.
 
 use super::{Everything, give};
-use crate::setting::{SettingType, SettingsError, SettingsFile, Written, schema};
+use crate::setting::{SettingInput, SettingType, SettingsError, SettingsFile, schema};
 use crate::settings::Settings;
 use manypass_scene::renamed::{NameKind, RENAMED};
 use regex::Regex;
@@ -143,7 +143,7 @@ fn is_valid(schema: &Value, value: &Value) -> bool {
 fn files_take_what_the_schema_takes() {
     let mut settings = Settings::default();
     let mut group = Everything::default();
-    let mut set = |key: &str, written: &Written| -> Result<(), SettingsError> {
+    let mut set = |key: &str, written: &SettingInput| -> Result<(), SettingsError> {
         if key.starts_with("everything.") { give(&mut group, key, written) } else { settings.give(key, written) }
     };
     let infos: Vec<_> = Settings::declared().iter().cloned().chain(super::infos()).collect();

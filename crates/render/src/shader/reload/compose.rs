@@ -1,7 +1,7 @@
 //! Composes modules with WESL.
 
 use super::constants;
-use super::programs::Declared;
+use super::programs::ProgramDeclaration;
 use std::path::Path;
 use wesl::{CompileOptions, CompileResult, FileResolver, ManglerKind, Router, VirtualResolver, Wesl};
 
@@ -10,8 +10,8 @@ use wesl::{CompileOptions, CompileResult, FileResolver, ManglerKind, Router, Vir
 ///
 /// # Errors
 /// What WESL says of a shader.
-pub fn module(source: &Path, program: &Declared, variant: usize) -> Result<Vec<String>, String> {
-    let Declared { module, axes, features, .. } = program;
+pub fn module(source: &Path, program: &ProgramDeclaration, variant: usize) -> Result<Vec<String>, String> {
+    let ProgramDeclaration { module, axes, features, .. } = program;
     let mut wesl = composer(source, true, |_| true);
     for (bit, axis) in axes.iter().enumerate() {
         wesl.set_feature(axis, variant >> bit & 1 == 1);

@@ -35,7 +35,7 @@ const TEXTURES: [&str; 2] = ["textures", "masks"];
 
 /// A program.
 #[derive(Debug)]
-pub struct Declared {
+pub struct ProgramDeclaration {
     /// Its name; no other has it.
     pub name: String,
     /// Its WESL module, such as `package::passes::ids::ids`.
@@ -55,7 +55,7 @@ pub struct Declared {
 /// // Program: debug_surfaces, also for points. Features: textures.
 /// // Program: forward, also for points, also with layers, also with relief. Axes: textures, skins.
 /// ```
-pub fn declared(source: &Path) -> Vec<Declared> {
+pub fn declared(source: &Path) -> Vec<ProgramDeclaration> {
     let mut programs = BTreeMap::new();
     find(source, "package", &mut |module, text| {
         let comment = text.lines().take_while(|line| line.starts_with("//"));
@@ -71,7 +71,7 @@ pub fn declared(source: &Path) -> Vec<Declared> {
 }
 
 /// The programs that `line` declares, without [`PROGRAM`].
-fn read(module: &str, line: &str) -> Option<Vec<Declared>> {
+fn read(module: &str, line: &str) -> Option<Vec<ProgramDeclaration>> {
     let list = |words: &str| words.split(", ").map(str::to_owned).collect::<Vec<String>>();
     let line = line.strip_suffix('.')?;
     let (line, axes) = line.split_once(AXES).map_or((line, Vec::new()), |(line, axes)| (line, list(axes)));
@@ -88,7 +88,7 @@ fn read(module: &str, line: &str) -> Option<Vec<Declared>> {
     }
     let declared = |name: String, features: &[&str], axes: Vec<String>| {
         let features = features.iter().map(|feature| (*feature).to_owned()).chain(common.iter().cloned());
-        Declared { name, module: module.to_owned(), axes, features: features.collect() }
+        ProgramDeclaration { name, module: module.to_owned(), axes, features: features.collect() }
     };
     let (of_special, of_plain): (Vec<String>, Vec<String>) = axes.iter().cloned().partition(|axis| axis == SKINS);
     let special = |name: String, features: &[&str]| {

@@ -16,14 +16,14 @@ const BUMP_OF_SIZE: f32 = 0.01;
 
 /// A file as a statement names it.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Named {
+pub(super) struct NamedFile {
     /// Its path from the model.
     pub(super) path: String,
     /// The absolute path that it is named by, of which only the last part counts here.
     absolute: Option<String>,
 }
 
-impl Named {
+impl NamedFile {
     /// A file that is named in a folder, which is empty or ends in a slash. Backslashes are slashes, one or two of them.
     pub(super) fn new(folder: &str, name: &str) -> Self {
         let name = name.trim().trim_matches('"');
@@ -67,7 +67,7 @@ impl Named {
 /// A texture as a statement names it.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Map {
-    pub(super) name: Named,
+    pub(super) name: NamedFile,
     offset: Vec2,
     scale: Vec2,
     is_clamped: bool,
@@ -406,7 +406,7 @@ fn color(rest: &[u8]) -> Result<[f32; 3], String> {
 /// A texture: options, then a name, which may have spaces in it.
 fn map(rest: &[u8], folder: &str) -> Result<Map, String> {
     let mut map = Map {
-        name: Named::default(),
+        name: NamedFile::default(),
         offset: Vec2::ZERO,
         scale: Vec2::ONE,
         is_clamped: false,
@@ -450,7 +450,7 @@ fn map(rest: &[u8], folder: &str) -> Result<Map, String> {
             _ => {}
         }
     }
-    map.name = Named::new(folder, &text::name(rest));
+    map.name = NamedFile::new(folder, &text::name(rest));
     if map.name.path.trim_end_matches('/') == folder.trim_end_matches('/') {
         return Err("expected the name of a texture".into());
     }

@@ -3,6 +3,7 @@
 //! An object (`o`) is a node, or a group (`g`) where the file has no objects. Vertices may have colours after their
 //! positions, as scanners write them.
 
+mod file;
 mod surface;
 
 use super::image_files::ImageFiles;
@@ -10,14 +11,13 @@ use super::mtl;
 use super::parts::{Parts, from_middle, linear, plain_material};
 use super::smooth::Smoothing;
 use super::text::{self, Line, at_line};
-use crate::gltf_file::{LoadError, Loaded};
+use crate::gltf_file::{LoadError, LoadedScene};
 use crate::tally::Tally;
 use crate::{Aabb, Primitive, Topology};
+use file::{Corner, Element, File, NONE, SurfacePart, check, elements, push_vertex};
 use glam::Vec3;
 use std::collections::{BTreeSet, HashMap};
 
-/// What stands where a corner has no texture coordinate or no normal.
-const NONE: u32 = u32::MAX;
 /// The most libraries of materials that a file names, and the bytes that they take together.
 const MOST_LIBRARIES: usize = 256;
 const MOST_LIBRARY_BYTES: usize = 64 << 20;
@@ -57,46 +57,6 @@ const UNREAD: [&[u8]; 27] = [
 
 type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
 
-/// A corner: indices of its position, texture coordinate and normal.
-type Corner = [u32; 3];
-
-/// A polygon, a line or points, up to the corner at `end`.
-struct Element {
-    end: u32,
-    line: u32,
-    topology: Topology,
-    smoothing: Smoothing,
-    material: usize,
-}
-
-#[derive(Default)]
-struct Part {
-    name: String,
-    corners: Vec<Corner>,
-    elements: Vec<Element>,
-}
-
-#[derive(Default)]
-struct File {
-    /// Positions as they are read.
-    places: Vec<[f64; 3]>,
-    /// Positions from `origin` on, once all are read.
-    positions: Vec<[f32; 3]>,
-    /// The middle of what lies away from the origin of the file.
-    origin: Vec3,
-    /// As many as positions, if any has one.
-    colors: Vec<[f32; 4]>,
-    uvs: Vec<[f32; 2]>,
-    normals: Vec<[f32; 3]>,
-    parts: Vec<Part>,
-    part_of: HashMap<String, usize>,
-    /// Names of materials, and their indices here; the first is that of what has none.
-    materials: Vec<String>,
-    material_of: HashMap<String, usize>,
-    libraries: Vec<mtl::Named>,
-    warnings: Tally,
-}
-
 /// The files that an OBJ names: its libraries, then the textures in those that can be read. Absolute paths are there as
 /// they are written, too.
 pub(super) fn names(bytes: &[u8], resolve: &mut Resolve) -> Vec<String> {
@@ -110,19 +70,19 @@ pub(super) fn names(bytes: &[u8], resolve: &mut Resolve) -> Vec<String> {
     let definitions = read_libraries(&libraries, resolve, &mut Tally::default());
     let textures: BTreeSet<&str> =
         definitions.iter().flat_map(mtl::Definition::maps).flat_map(|map| map.name.all()).collect();
-    libraries.iter().flat_map(mtl::Named::all).chain(textures).map(str::to_owned).collect()
+    libraries.iter().flat_map(mtl::NamedFile::all).chain(textures).map(str::to_owned).collect()
 }
 
 /// Adds a library that is not known yet.
-fn add_library(libraries: &mut Vec<mtl::Named>, rest: &[u8]) {
-    let library = mtl::Named::new("", &text::name(rest));
+fn add_library(libraries: &mut Vec<mtl::NamedFile>, rest: &[u8]) {
+    let library = mtl::NamedFile::new("", &text::name(rest));
     if !library.path.is_empty() && libraries.len() < MOST_LIBRARIES && !libraries.contains(&library) {
         libraries.push(library);
     }
 }
 
 /// The materials of all libraries.
-fn read_libraries(libraries: &[mtl::Named], resolve: &mut Resolve, warnings: &mut Tally) -> Vec<mtl::Definition> {
+fn read_libraries(libraries: &[mtl::NamedFile], resolve: &mut Resolve, warnings: &mut Tally) -> Vec<mtl::Definition> {
     let (mut definitions, mut left_bytes) = (Vec::new(), MOST_LIBRARY_BYTES);
     for library in libraries {
         library.warn("", warnings);
@@ -139,7 +99,7 @@ fn read_libraries(libraries: &[mtl::Named], resolve: &mut Resolve, warnings: &mu
     definitions
 }
 
-pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadError> {
+pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<LoadedScene, LoadError> {
     let mut file = read(bytes)?;
     if file.positions.is_empty() {
         return Err(LoadError::malformed("", "not an OBJ file: it has no vertices"));
@@ -235,7 +195,7 @@ impl File {
         if let Some(&part) = self.part_of.get(name) {
             return part;
         }
-        self.parts.push(Part { name: name.to_owned(), ..Part::default() });
+        self.parts.push(SurfacePart { name: name.to_owned(), ..SurfacePart::default() });
         self.part_of.insert(name.to_owned(), self.parts.len() - 1);
         self.parts.len() - 1
     }
@@ -340,45 +300,8 @@ fn corner(word: &[u8], counts: [usize; 3], line: u32) -> Result<Corner, LoadErro
     if corner[0] == NONE || given.next().is_some() { Err(wrong()) } else { Ok(corner) }
 }
 
-/// The elements of a part with their corners.
-fn elements(part: &Part) -> impl Iterator<Item = (&Element, &[Corner])> {
-    let mut start = 0;
-    part.elements.iter().map(move |element| {
-        let corners = part.corners.get(start..element.end as usize).unwrap_or_default();
-        start = element.end as usize;
-        (element, corners)
-    })
-}
-
-/// What no element may name: an attribute that the file does not have.
-fn check(file: &File, corners: &[Corner], line: u32) -> Result<(), LoadError> {
-    let counts = [file.positions.len(), file.uvs.len(), file.normals.len()];
-    for corner in corners {
-        for ((index, count), what) in corner.iter().zip(counts).zip(["v", "vt", "vn"]) {
-            if *index != NONE && *index as usize >= count {
-                return Err(at_line(
-                    line,
-                    format!("{what} {} is named, and the file has {count}", u64::from(*index) + 1),
-                ));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// Adds a vertex but for its normal.
-fn push_vertex(file: &File, primitive: &mut Primitive, [position, uv, _]: Corner, has_uvs: bool) {
-    primitive.positions.push(file.positions.get(position as usize).copied().unwrap_or_default());
-    if has_uvs {
-        primitive.uv0.push(file.uvs.get(uv as usize).copied().unwrap_or_default());
-    }
-    if !file.colors.is_empty() {
-        primitive.colors.push(file.colors.get(position as usize).copied().unwrap_or([1.0; 4]));
-    }
-}
-
 /// The primitives of a part's lines and points.
-fn others(file: &File, part: &Part, materials: &[usize]) -> Result<Vec<Primitive>, LoadError> {
+fn others(file: &File, part: &SurfacePart, materials: &[usize]) -> Result<Vec<Primitive>, LoadError> {
     let mut primitives: Vec<Primitive> = Vec::new();
     let mut places: HashMap<(Topology, usize), usize> = HashMap::new();
     for (element, corners) in elements(part).filter(|(element, _)| element.topology != Topology::Triangles) {

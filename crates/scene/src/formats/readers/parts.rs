@@ -1,7 +1,7 @@
 //! A scene of parts: one node and one mesh each.
 
 use crate::colour::linear_from_srgb;
-use crate::gltf_file::{LoadError, Loaded, geometry};
+use crate::gltf_file::{LoadError, LoadedScene, geometry};
 use crate::scenes::MAX_DRAWN_PRIMITIVES;
 use crate::tally::Tally;
 use crate::{Material, Mesh, Node, NodeId, Primitive, Scene, bounds};
@@ -82,7 +82,7 @@ impl Parts {
     ///
     /// # Errors
     /// It does.
-    pub(super) fn finish(mut self) -> Result<Loaded, LoadError> {
+    pub(super) fn finish(mut self) -> Result<LoadedScene, LoadError> {
         self.scene.update_transforms();
         match self.scene.drawn_primitives() {
             0 => self.warn("the file draws nothing"),
@@ -92,7 +92,7 @@ impl Parts {
                 return Err(LoadError::malformed("", message));
             }
         }
-        Ok(Loaded { scene: self.scene, warnings: self.warnings.into_lines() })
+        Ok(LoadedScene { scene: self.scene, warnings: self.warnings.into_lines() })
     }
 }
 

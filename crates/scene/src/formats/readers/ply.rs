@@ -1,71 +1,33 @@
 //! PLY (Turk 1994): meshes and clouds of points, as scanners write them; text, or bytes in either order. It has no
 //! units, and is taken as it is: Y points up.
 
+mod contents;
 mod elements;
 mod faults;
+mod number;
 mod surface;
 mod text;
 
-use super::mtl::Named;
-use super::parts::{Extent, Parts, from_origin, plain_material};
+use super::mtl::NamedFile;
+use super::parts::{Parts, plain_material};
 use super::polygon;
 use super::smooth::{Smoothing, smooth, weld};
-use crate::gltf_file::{LoadError, Loaded};
+use crate::gltf_file::{LoadError, LoadedScene};
 use crate::tally::Tally;
 use crate::{Primitive, Topology};
-use elements::{Face, Nothing, Vertex};
+use contents::{Contents, Resolve, Triangles, VertexAttributes, WithNormals, is_placed};
+use elements::Nothing;
 use glam::Vec3;
 use ply_rs_bw::parser::{ParseError, Parser, Reader};
 use ply_rs_bw::ply::{ElementDef, Encoding, Header, PropertyAccess, PropertyType, ScalarType};
 use std::collections::HashMap;
 use surface::{Surfaces, set_attributes};
 
-type Resolve<'r> = dyn FnMut(&str) -> Result<Vec<u8>, String> + 'r;
-
-/// What the elements of a file hold.
-#[derive(Default)]
-struct Contents {
-    vertices: Vec<Vertex>,
-    faces: Vec<Face>,
-    strips: Vec<Face>,
-    has_vertices: bool,
-    has_faces: bool,
-}
-
-impl Contents {
-    /// Tells positions from the middle of what lies away from the file's origin, and gives that; else they stay.
-    fn bring_near(&mut self) -> Vec3 {
-        let mut extent = Extent::default();
-        self.vertices.iter().for_each(|vertex| extent.add(vertex.place()));
-        let origin = extent.origin();
-        if origin != Vec3::ZERO {
-            self.vertices.iter_mut().for_each(|vertex| vertex.position = from_origin(vertex.place(), origin));
-        }
-        origin
-    }
-}
-
-/// Which attributes vertices have.
-#[derive(Clone, Copy, Debug)]
-struct Has {
-    normals: bool,
-    colors: bool,
-    uvs: bool,
-}
-
-/// Triangles, and the corner of a face that each of their corners is.
-#[derive(Debug, Default)]
-struct Triangles {
-    indices: Vec<u32>,
-    /// The face and its corner; only where faces have surfaces of their own.
-    corners: Vec<(u32, u32)>,
-}
-
 /// The textures that a file names in the comments of its header, as MeshLab writes them.
-fn textures(header: &Header) -> Vec<Named> {
+fn textures(header: &Header) -> Vec<NamedFile> {
     let named = header.comments.iter().filter_map(|comment| {
         let (word, name) = comment.trim().split_once(char::is_whitespace)?;
-        word.eq_ignore_ascii_case("TextureFile").then(|| Named::new("", name))
+        word.eq_ignore_ascii_case("TextureFile").then(|| NamedFile::new("", name))
     });
     named.filter(|named| !named.path.is_empty()).collect()
 }
@@ -76,7 +38,7 @@ pub(super) fn names(start: &[u8]) -> Vec<String> {
     header.iter().flat_map(textures).flat_map(|named| named.all().map(str::to_owned).collect::<Vec<_>>()).collect()
 }
 
-pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadError> {
+pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<LoadedScene, LoadError> {
     let mut reader = Reader::new(bytes);
     let parser = Parser::<Nothing>::new();
     let header = parser.read_header(&mut reader).map_err(|error| faults::of_header(&error, bytes))?;
@@ -88,8 +50,11 @@ pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadEr
         }
     }
     let has = |names: &[&str]| names.iter().any(|name| vertex.properties.contains_key(*name));
-    let has =
-        Has { normals: has(&["nx"]), colors: has(&["red", "r", "diffuse_red"]), uvs: has(&["s", "u", "texture_u"]) };
+    let has = VertexAttributes {
+        normals: has(&["nx"]),
+        colors: has(&["red", "r", "diffuse_red"]),
+        uvs: has(&["s", "u", "texture_u"]),
+    };
     let mut contents = read(&mut reader, &header, bytes)?;
     let origin = contents.bring_near();
     let mut parts = Parts::default();
@@ -126,24 +91,12 @@ pub(super) fn load(bytes: &[u8], resolve: &mut Resolve) -> Result<Loaded, LoadEr
     parts.finish()
 }
 
-/// Whether a vertex has a place.
-fn is_placed(vertex: &Vertex) -> bool {
-    vertex.position.iter().all(|value| value.is_finite())
-}
-
 fn unit(normal: [f32; 3]) -> [f32; 3] {
     Vec3::from(normal).try_normalize().unwrap_or(Vec3::Y).to_array()
 }
 
-/// Vertices with normals: of each corner of the triangles its vertex here, and of those the former vertices.
-struct WithNormals {
-    of_corner: Vec<u32>,
-    source: Vec<u32>,
-    normals: Vec<[f32; 3]>,
-}
-
 /// The normals of the file, or those that are made.
-fn normals(contents: &Contents, triangles: &Triangles, has: Has) -> WithNormals {
+fn normals(contents: &Contents, triangles: &Triangles, has: VertexAttributes) -> WithNormals {
     let vertices = &contents.vertices;
     if has.normals {
         let normals = vertices.iter().map(|vertex| unit(vertex.normal)).collect();

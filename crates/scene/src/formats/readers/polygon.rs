@@ -2,7 +2,7 @@
 
 mod corners;
 
-use corners::Corners;
+use corners::{Corners, turn};
 use glam::{DVec2, DVec3, Vec3};
 use std::collections::VecDeque;
 
@@ -15,7 +15,7 @@ const MOST_PASSES: usize = 16;
 
 /// The triangles of a polygon.
 #[derive(Debug, Default)]
-pub(super) struct Cut {
+pub(super) struct Triangulation {
     /// Three places in its points each, wound as the polygon is.
     pub(super) triangles: Vec<[usize; 3]>,
     /// Whether it crosses itself, so that they may cover other places than it does.
@@ -23,7 +23,7 @@ pub(super) struct Cut {
 }
 
 /// Cuts a polygon into triangles.
-pub(super) fn triangles(points: &[Vec3]) -> Cut {
+pub(super) fn triangles(points: &[Vec3]) -> Triangulation {
     let fan = |count: usize| (2..count).map(|i| [0, i - 1, i]).collect();
     let triangles = match points {
         [] | [_] | [_, _] => Vec::new(),
@@ -35,7 +35,7 @@ pub(super) fn triangles(points: &[Vec3]) -> Cut {
         }
         _ => return Ears::new(&flattened(points)).cut(),
     };
-    Cut { triangles, is_guessed: false }
+    Triangulation { triangles, is_guessed: false }
 }
 
 /// The corners in the polygon's plane, counter-clockwise (Newell's normal: the sum over its edges).
@@ -48,11 +48,6 @@ fn flattened(points: &[Vec3]) -> Vec<DVec2> {
     let (x, y) = normal.normalize_or(DVec3::Z).any_orthonormal_pair();
     // The pair and the normal are right-handed.
     points.iter().map(|point| DVec2::new(at(point).dot(x), at(point).dot(y))).collect()
-}
-
-/// Twice the area of a triangle; below 0 where it turns clockwise.
-fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
-    (b - a).perp_dot(c - a)
 }
 
 /// Cuts off corners that hold no other corner, one after the other (Meisters 1975). What is cut off is within the
@@ -122,7 +117,7 @@ impl<'a> Ears<'a> {
         [a, b, c]
     }
 
-    fn cut(mut self) -> Cut {
+    fn cut(mut self) -> Triangulation {
         let mut triangles = Vec::with_capacity(self.points.len());
         for _ in 0..MOST_PASSES {
             let before = self.left;
@@ -142,7 +137,7 @@ impl<'a> Ears<'a> {
             }
         }
         // One that crosses itself, or has no area, may have no ear; it is covered as well as can be.
-        let Some(first) = self.is_cut.iter().position(|is_cut| !is_cut) else { return Cut::default() };
+        let Some(first) = self.is_cut.iter().position(|is_cut| !is_cut) else { return Triangulation::default() };
         let rest: Vec<usize> =
             std::iter::successors(Some(first), |corner| self.next.get(*corner).copied()).take(self.left).collect();
         let is_guessed = rest.len() > 3 && rest.iter().any(|corner| self.turn_at(*corner) != 0.0);
@@ -150,7 +145,7 @@ impl<'a> Ears<'a> {
             [a, b] => Some([first, a, b]),
             _ => None,
         }));
-        Cut { triangles, is_guessed }
+        Triangulation { triangles, is_guessed }
     }
 }
 

@@ -1,6 +1,7 @@
 //! Normals for meshes that have none: faces that meet at less than a crease share theirs.
 
 use super::two_sided::backs;
+use super::vertex_corners::corners_by_vertex;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
@@ -27,7 +28,7 @@ pub(super) enum Smoothing {
 
 /// A mesh whose vertices were split where normals differ.
 #[derive(Debug, Default)]
-pub(super) struct Smoothed {
+pub(super) struct SmoothMesh {
     /// Which of the former vertices each vertex is.
     pub(super) source: Vec<u32>,
     /// A unit vector each.
@@ -40,7 +41,7 @@ pub(super) struct Smoothed {
 /// weighted by their angles there (Thürmer & Wüthrich 1998). Backs of other faces ([`super::two_sided`]) are smoothed
 /// apart from fronts, because their normals would cancel each other out. Vertices at one place must be one vertex.
 /// `smoothing` is that of a face; indices must be below the number of positions.
-pub(super) fn smooth(positions: &[[f32; 3]], indices: &[u32], smoothing: impl Fn(usize) -> Smoothing) -> Smoothed {
+pub(super) fn smooth(positions: &[[f32; 3]], indices: &[u32], smoothing: impl Fn(usize) -> Smoothing) -> SmoothMesh {
     let position = |vertex: u32| Vec3::from(at(positions, vertex as usize)).as_dvec3();
     let normals: Vec<Vec3> = indices
         .chunks_exact(3)
@@ -66,8 +67,8 @@ pub(super) fn smooth(positions: &[[f32; 3]], indices: &[u32], smoothing: impl Fn
         _ => false,
     };
     let (starts, order) = corners_by_vertex(positions.len(), indices);
-    let mut smoothed = Smoothed { indices: vec![0; indices.len()], ..Smoothed::default() };
-    let mut around = Around::default();
+    let mut smoothed = SmoothMesh { indices: vec![0; indices.len()], ..SmoothMesh::default() };
+    let mut around = CornerFan::default();
     for (vertex, range) in starts.windows(2).enumerate() {
         let corners = match *range {
             [start, end] => order.get(start as usize..end as usize).unwrap_or_default(),
@@ -108,35 +109,9 @@ fn neighbour(corner: u32, step: u32) -> usize {
     (corner - corner % 3 + (corner % 3 + step) % 3) as usize
 }
 
-/// The corners of every vertex: where they start in the second list, in which they keep their order.
-pub(super) fn corners_by_vertex(vertex_count: usize, indices: &[u32]) -> (Vec<u32>, Vec<u32>) {
-    let mut starts = vec![0_u32; vertex_count + 1];
-    for &vertex in indices {
-        if let Some(count) = starts.get_mut(vertex as usize + 1) {
-            *count += 1;
-        }
-    }
-    let mut sum = 0;
-    for start in &mut starts {
-        sum += *start;
-        *start = sum;
-    }
-    let mut next = starts.clone();
-    let mut order = vec![0; indices.len()];
-    for (corner, &vertex) in indices.iter().enumerate() {
-        if let Some(place) = next.get_mut(vertex as usize) {
-            if let Some(slot) = order.get_mut(*place as usize) {
-                *slot = corner as u32;
-            }
-            *place += 1;
-        }
-    }
-    (starts, order)
-}
-
 /// The corners at one vertex, joined where their faces are; kept for its memory.
 #[derive(Debug, Default)]
-struct Around {
+struct CornerFan {
     /// The vertex at the other end of an edge, and the place of a corner whose face has it.
     edges: Vec<(u32, u32)>,
     /// For every corner one that it is joined with, or itself.
@@ -145,7 +120,7 @@ struct Around {
     vertex_of: Vec<u32>,
 }
 
-impl Around {
+impl CornerFan {
     fn root(&mut self, mut place: u32) -> u32 {
         loop {
             let next = at(&self.joined, place as usize);
@@ -187,7 +162,7 @@ impl Around {
     }
 
     /// Adds a vertex for each set of joined corners.
-    fn add_vertices(&mut self, vertex: u32, corners: &[u32], to: &mut Smoothed, weighted: impl Fn(u32) -> DVec3) {
+    fn add_vertices(&mut self, vertex: u32, corners: &[u32], to: &mut SmoothMesh, weighted: impl Fn(u32) -> DVec3) {
         self.sums.clear();
         self.sums.resize(corners.len(), DVec3::ZERO);
         self.vertex_of.clear();
@@ -272,7 +247,7 @@ mod tests {
         for smoothing in [Smoothing::ByAngle, Smoothing::Group(1)] {
             let (alone, both) =
                 (smooth(&positions, &indices, |_| smoothing), smooth(&positions, &pairs, |_| smoothing));
-            let normal = |of: &Smoothed, corner: usize| Vec3::from(of.normals[of.indices[corner] as usize]);
+            let normal = |of: &SmoothMesh, corner: usize| Vec3::from(of.normals[of.indices[corner] as usize]);
             for corner in 0..indices.len() {
                 let (face, place) = (corner / 3, corner % 3);
                 let expected = normal(&alone, corner);

@@ -7,8 +7,8 @@ use super::parts::{Extent, NO_COLOR_LINEAR, Parts, from_origin, linear, plain_ma
 use super::smooth::{Smoothing, smooth};
 use super::text::{self, Line, at_line};
 use crate::Primitive;
-use crate::formats::detect::{STL_HEADER_BYTES, STL_TRIANGLE_BYTES, is_stl_text, stl_bytes};
-use crate::gltf_file::{LoadError, Loaded};
+use crate::formats::detect::{START_BYTES, STL_HEADER_BYTES, STL_TRIANGLE_BYTES, is_stl_text, stl_bytes};
+use crate::gltf_file::{LoadError, LoadedScene};
 use crate::tally::Tally;
 use glam::Vec3;
 use std::collections::HashMap;
@@ -70,8 +70,8 @@ impl Solid {
     }
 }
 
-pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
-    let start = bytes.get(..super::START_BYTES).unwrap_or(bytes);
+pub(super) fn load(bytes: &[u8]) -> Result<LoadedScene, LoadError> {
+    let start = bytes.get(..START_BYTES).unwrap_or(bytes);
     let mut parts = Parts::default();
     let is_binary = stl_bytes(start) == Some(bytes.len() as u64) || !is_stl_text(text::without_mark(start));
     let (solids, origin) = match is_binary {

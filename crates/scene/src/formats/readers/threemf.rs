@@ -4,13 +4,14 @@
 //!
 //! Z points up in the file. Meshes keep the file's numbers; a node above all turns them and takes them to metres.
 
+mod attribute;
 mod build;
 mod package;
 mod xml;
 
-use crate::gltf_file::{LoadError, Loaded};
+use crate::gltf_file::{LoadError, LoadedScene};
 
-pub(super) fn load(bytes: &[u8]) -> Result<Loaded, LoadError> {
+pub(super) fn load(bytes: &[u8]) -> Result<LoadedScene, LoadError> {
     let mut package = package::Package::open(bytes)?;
     let root = package.root()?;
     let models = xml::read_all(&mut package, &root)?;

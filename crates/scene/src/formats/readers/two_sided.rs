@@ -1,7 +1,7 @@
 //! Faces that are the backs of others: the same corners, wound the other way. Many programs write surfaces with two
 //! sides so.
 
-use super::smooth::corners_by_vertex;
+use super::vertex_corners::corners_by_vertex;
 
 /// What is said of a back that looks as its front does.
 pub(super) const LEFT_OUT: &str =

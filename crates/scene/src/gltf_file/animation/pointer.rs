@@ -1,9 +1,11 @@
 //! What a pointer of `KHR_animation_pointer` names.
 
-use super::NODE_PATHS;
 use crate::animation::{CameraProperty, LightProperty, MaterialFactor, Property, TextureSlot, TransformPart};
 use crate::material::LayerMap;
 use crate::{NodeId, Scene};
+
+/// What a channel of a node may change.
+pub(super) const NODE_PATHS: [&str; 4] = ["translation", "rotation", "scale", "weights"];
 
 /// What is animated.
 pub(super) enum Target {

@@ -1,8 +1,11 @@
 //! Draco's bitstream to the elements of accessors.
 
-use super::{Unpacked, packed_accessors};
-use crate::gltf_file::accessor::{Component, header};
-use crate::gltf_file::{Document, LoadError, json::Json};
+use super::accessors::packed_accessors;
+use crate::gltf_file::accessor::header;
+use crate::gltf_file::component::Component;
+use crate::gltf_file::document::{DecodedAccessor, Document};
+use crate::gltf_file::error::LoadError;
+use crate::gltf_file::json::Json;
 use draco_core::{DataType, DecodeLimits, DecoderBuffer, Mesh, MeshDecoder, PointAttribute, PointIndex};
 use std::collections::BTreeMap;
 
@@ -17,7 +20,7 @@ pub(super) fn unpack_accessors(
     document: &mut Document,
     json: &Json,
     extension: &Json,
-) -> Result<BTreeMap<usize, Unpacked>, LoadError> {
+) -> Result<BTreeMap<usize, DecodedAccessor>, LoadError> {
     if !matches!(json.integer("mode")?, None | Some(4 | 5)) {
         return Err(json.error("mode", "expected triangles, 4 or 5: only they can be packed"));
     }
@@ -33,7 +36,7 @@ pub(super) fn unpack_accessors(
                 document.spend(face_count as u64 * 12, &pointer)?;
                 let corners = mesh.faces().iter().flatten();
                 let bytes = corners.flat_map(|PointIndex(index)| index.to_le_bytes()).collect();
-                Unpacked { component: Component::U32, count: 3 * face_count, bytes }
+                DecodedAccessor { component: Component::U32, count: 3 * face_count, bytes }
             }
             Some(unique_id) => {
                 let attribute = mesh.attribute_by_unique_id(unique_id).ok_or_else(|| {
@@ -46,7 +49,7 @@ pub(super) fn unpack_accessors(
                 }
                 document.spend((point_count * head.width * 4) as u64, &pointer)?;
                 let bytes = elements(attribute, point_count, head.component);
-                Unpacked { component: head.component, count: point_count, bytes }
+                DecodedAccessor { component: head.component, count: point_count, bytes }
             }
         };
         if elements.count != head.count {

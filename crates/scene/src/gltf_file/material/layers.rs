@@ -1,19 +1,26 @@
 //! The extensions of materials.
 
-use super::super::{LoadError, json::Json};
-use super::Slots;
+use super::slots::Slots;
 use crate::TextureRef;
+use crate::gltf_file::error::LoadError;
+use crate::gltf_file::json::Json;
 use crate::material::{
-    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LightEncoding, LightMap, Mapped, Material, Sheen,
-    Specular, Volume,
+    Anisotropy, Clearcoat, DiffuseTransmission, Iridescence, LightEncoding, LightMap, Material, Sheen, Specular,
+    TexturedFactor, Volume,
 };
 use glam::{Vec3, Vec4};
 
 impl Slots<'_, '_> {
     /// A number from 0 to 1 and its texture.
-    fn share(&mut self, json: &Json, factor: &str, texture: &str, default: f32) -> Result<Mapped<f32>, LoadError> {
+    fn share(
+        &mut self,
+        json: &Json,
+        factor: &str,
+        texture: &str,
+        default: f32,
+    ) -> Result<TexturedFactor<f32>, LoadError> {
         let factor = self.document.clamped_number(json, factor, default, 1.0)?;
-        Ok(Mapped { factor, texture: self.read(json, texture)? })
+        Ok(TexturedFactor { factor, texture: self.read(json, texture)? })
     }
 
     fn color(
@@ -22,9 +29,9 @@ impl Slots<'_, '_> {
         factor: &str,
         texture: &str,
         (default, max): (f32, f32),
-    ) -> Result<Mapped<Vec3>, LoadError> {
+    ) -> Result<TexturedFactor<Vec3>, LoadError> {
         let factor = Vec3::from(self.document.clamped(json, factor, [default; 3], max)?);
-        Ok(Mapped { factor, texture: self.read(json, texture)? })
+        Ok(TexturedFactor { factor, texture: self.read(json, texture)? })
     }
 }
 
@@ -81,7 +88,7 @@ pub(super) fn read(json: &Json, slots: &mut Slots, material: &mut Material) -> R
         if let Some(texture) = slots.read_info(&baked, 1)? {
             let direction = read_direction(&baked, &texture, slots);
             material.light_map =
-                Some(LightMap { light: Mapped { factor, texture: Some(texture) }, encoding, direction });
+                Some(LightMap { light: TexturedFactor { factor, texture: Some(texture) }, encoding, direction });
         }
     }
     if let Some(gloss) = json.extension("KHR_materials_pbrSpecularGlossiness")? {
@@ -124,7 +131,7 @@ fn read_transmission(json: &Json, slots: &mut Slots, material: &mut Material) ->
     }
     if let Some(volume) = json.extension("KHR_materials_volume")? {
         let thickness = slots.document.clamped_number(&volume, "thicknessFactor", 0.0, f32::MAX)?;
-        let thickness = Mapped { factor: thickness, texture: slots.read(&volume, "thicknessTexture")? };
+        let thickness = TexturedFactor { factor: thickness, texture: slots.read(&volume, "thicknessTexture")? };
         let distance = volume.number("attenuationDistance")?.unwrap_or(f32::INFINITY);
         if distance <= 0.0 {
             let message = format!("expected more than 0, found {distance}; nothing is absorbed");
@@ -163,6 +170,6 @@ fn read_specular_glossiness(json: &Json, slots: &mut Slots, material: &mut Mater
     material.ior = 0.0;
     let color = slots.color(json, "specularFactor", "specularGlossinessTexture", (1.0, 1.0))?;
     let glossiness = color.texture.is_some().then_some(glossiness);
-    material.specular = Some(Specular { weight: Mapped::new(1.0), color, glossiness });
+    material.specular = Some(Specular { weight: TexturedFactor::new(1.0), color, glossiness });
     Ok(())
 }

@@ -1,6 +1,8 @@
 //! Stands in for the decoder where the feature `meshopt` is off.
 
-use crate::gltf_file::{Document, LoadError, json::Json};
+use crate::gltf_file::document::Document;
+use crate::gltf_file::error::LoadError;
+use crate::gltf_file::json::Json;
 
 pub(super) fn unpack(
     _document: &Document,

@@ -2,8 +2,10 @@
 
 mod filters;
 
-use super::NAMES;
-use crate::gltf_file::{Document, LoadError, json::Json};
+use crate::gltf_file::document::Document;
+use crate::gltf_file::error::LoadError;
+use crate::gltf_file::json::Json;
+use crate::gltf_file::packed::NAMES;
 use meshoptimizer_rs::{Error, Limits, Workspace, codec};
 
 /// Why a stream cannot be decoded.
@@ -43,7 +45,7 @@ enum Mode {
 }
 
 /// What the extension says of a bufferView.
-struct Packed<'b> {
+struct CompressedBufferView<'b> {
     data: &'b [u8],
     mode: Mode,
     filter: Option<filters::Filter>,
@@ -53,7 +55,7 @@ struct Packed<'b> {
     is_successor: bool,
 }
 
-impl Packed<'_> {
+impl CompressedBufferView<'_> {
     fn decode(&self) -> Result<Vec<u8>, StreamError> {
         self.check_header()?;
         // How much all views may take has been checked. The decoder looks at how long a stream is before it takes any.
@@ -120,7 +122,7 @@ pub(super) fn unpack(
 }
 
 /// Checks what the extension says of a bufferView.
-fn read<'b>(document: &'b Document, json: &Json) -> Result<Packed<'b>, LoadError> {
+fn read<'b>(document: &'b Document, json: &Json) -> Result<CompressedBufferView<'b>, LoadError> {
     let is_successor = json.pointer.ends_with(NAMES[0]);
     let mode = match json.string("mode")?.unwrap_or("nothing") {
         "ATTRIBUTES" => Mode::Attributes,
@@ -165,5 +167,5 @@ fn read<'b>(document: &'b Document, json: &Json) -> Result<Packed<'b>, LoadError
         let message = format!("byteOffset {offset} + byteLength {length} exceed the buffer's {} bytes", bytes.len());
         json.error("byteLength", message)
     })?;
-    Ok(Packed { data, mode, filter, count, stride, is_successor })
+    Ok(CompressedBufferView { data, mode, filter, count, stride, is_successor })
 }

@@ -1,7 +1,7 @@
 //! Scenes as glTF files.
 
 use super::{Numbers, Parts};
-use crate::material::{Mapped, TextureRef, TextureTransform};
+use crate::material::{TextureRef, TextureTransform, TexturedFactor};
 use crate::{
     AlphaMode, Image, ImageSource, Light, LightKind, LightMode, Material, Node, Pixels, Primitive, Projection, Sampler,
     Scene, ShadingModel, Topology, Wrap,
@@ -182,7 +182,7 @@ impl Writer<'_> {
         &mut self,
         object: &mut Object,
         (factor_key, texture_key): (&str, &str),
-        share: Mapped<f32>,
+        share: TexturedFactor<f32>,
         default: f32,
     ) {
         put(object, factor_key, share.factor, share.factor == default);
@@ -193,7 +193,7 @@ impl Writer<'_> {
         &mut self,
         object: &mut Object,
         (factor_key, texture_key): (&str, &str),
-        color: Mapped<Vec3>,
+        color: TexturedFactor<Vec3>,
         default: Vec3,
     ) {
         put(object, factor_key, color.factor.to_array().to_vec(), color.factor == default);

@@ -1,7 +1,7 @@
 //! What nothing refers to any more leaves a file.
 
 use super::Parts;
-use crate::gltf_file::SUPPORTED_EXTENSIONS;
+use crate::gltf_file::extensions::SUPPORTED_EXTENSIONS;
 use serde_json::Value;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -110,7 +110,7 @@ const KEPT: [(&str, Visit); 4] = [
 
 /// Objects that nothing refers to, list by list.
 #[derive(Clone, Debug, Default)]
-pub struct Unreferenced([BTreeSet<u64>; KEPT.len()]);
+pub struct UnreferencedObjects([BTreeSet<u64>; KEPT.len()]);
 
 /// Leaves out of a list what `visit` finds no index of, and counts anew.
 fn compact(json: &mut Value, key: &str, visit: Visit, kept: &BTreeSet<u64>) {
@@ -138,8 +138,8 @@ fn compact(json: &mut Value, key: &str, visit: Visit, kept: &BTreeSet<u64>) {
 
 impl Parts {
     /// The materials, textures, images and samplers that nothing refers to.
-    pub fn unreferenced(&mut self) -> Unreferenced {
-        let mut unreferenced = Unreferenced::default();
+    pub fn unreferenced(&mut self) -> UnreferencedObjects {
+        let mut unreferenced = UnreferencedObjects::default();
         for (indices, (key, visit)) in unreferenced.0.iter_mut().zip(KEPT) {
             indices.extend(0..self.list(key).len() as u64);
             visit(&mut self.json, &mut |index| {
@@ -154,7 +154,7 @@ impl Parts {
     /// Leaves out meshes, accessors, buffer views and bytes that nothing refers to, and materials, textures, images and
     /// samplers that are none of `kept`. A file that uses extensions which are not [`SUPPORTED_EXTENSIONS`] keeps them all,
     /// because those may refer to anything; one with pointers of animations its meshes and materials.
-    pub fn prune(&mut self, kept: &Unreferenced) {
+    pub fn prune(&mut self, kept: &UnreferencedObjects) {
         let is_known = |name: &Value| SUPPORTED_EXTENSIONS.iter().any(|known| name == known);
         if !self.list("extensionsUsed").iter().all(is_known) {
             return;

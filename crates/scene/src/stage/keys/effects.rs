@@ -1,11 +1,12 @@
 //! The keys of simulations, particles, decals and water.
 
-use super::{FINITE, SHARE, StageTable, StageType, UV_SET, from, key, length, required};
+use super::declaration::{FINITE, SHARE, StageTable, StageType, UV_SET, from, key, length, required};
+use crate::stage::words::{COUNT_MAX, QUALITIES, SLOTS};
 
 const RATE_HZ_MAX: f64 = crate::simulation::RATE_HZ_MAX as f64;
 
 /// Simulations.
-pub(in crate::stage) const SIMULATIONS: StageTable = StageTable {
+pub(crate) const SIMULATIONS: StageTable = StageTable {
     name: "simulations",
     doc: "A simulation on a grid, step by step: waves of water, or a texture that a material shows.",
     keys: &[
@@ -65,7 +66,7 @@ pub(in crate::stage) const SIMULATIONS: StageTable = StageTable {
         key("normal_picture", StageType::Text, "The simulation's picture that is the materials' normal map; none."),
         key(
             "slot",
-            StageType::Word(super::super::screens::SLOTS),
+            StageType::Word(SLOTS),
             "Whether the picture is the materials' emission, as on screens, or their base colour, which is lit; \
              emission.",
         ),
@@ -79,7 +80,7 @@ pub(in crate::stage) const SIMULATIONS: StageTable = StageTable {
 };
 
 /// Particles.
-pub(in crate::stage) const PARTICLES: StageTable = StageTable {
+pub(crate) const PARTICLES: StageTable = StageTable {
     name: "particles",
     doc: "A particle system, moved by a simulation: sparks, smoke, rain, or others by their parameters.",
     keys: &[
@@ -91,7 +92,7 @@ pub(in crate::stage) const PARTICLES: StageTable = StageTable {
         key("name", StageType::Text, "Its name in reports; the preset."),
         key(
             "count",
-            StageType::Number { min: 1.0, is_above: false, max: super::super::particles::COUNT_MAX },
+            StageType::Number { min: 1.0, is_above: false, max: COUNT_MAX },
             "The most particles at once; 10000.",
         ),
         key(
@@ -148,7 +149,7 @@ pub(in crate::stage) const PARTICLES: StageTable = StageTable {
 };
 
 /// Decals.
-pub(in crate::stage) const DECALS: StageTable = StageTable {
+pub(crate) const DECALS: StageTable = StageTable {
     name: "decals",
     doc: "A decal: a box that projects a picture onto the surfaces within it, such as markings, cracks, stains, leaves \
           or dents. Without an image a decal is a plain rectangle.",
@@ -239,7 +240,7 @@ pub(in crate::stage) const DECALS: StageTable = StageTable {
 };
 
 /// Surfaces of water.
-pub(in crate::stage) const WATER: StageTable = StageTable {
+pub(crate) const WATER: StageTable = StageTable {
     name: "water",
     doc: "A surface of water: flat nodes of the model, or a horizontal rectangle. The nodes' own meshes are not drawn \
           then.",
@@ -312,10 +313,6 @@ pub(in crate::stage) const WATER: StageTable = StageTable {
             "Width and height of its reflection, as a share of those of the picture; 0.5, at rest 1.",
         ),
         key("layers", StageType::Layers, "The layers that it reflects, by number (`layers` of `[[nodes]]`); all."),
-        key(
-            "quality",
-            StageType::Word(super::super::monitors::QUALITIES),
-            "The quality tier of its reflection; the settings of the picture.",
-        ),
+        key("quality", StageType::Word(QUALITIES), "The quality tier of its reflection; the settings of the picture."),
     ],
 };

@@ -1,10 +1,10 @@
 //! The keys of the overlay.
 
-use super::{FINITE, SHARE, StageTable, StageType, key, length};
+use super::declaration::{FINITE, SHARE, StageTable, StageType, key, length};
 use crate::overlay::{Anchor, SIDE_PX_MAX, TEXT_SIZE_PX_MAX, TextAlign};
 
 /// Items of the overlay.
-pub(in crate::stage) const OVERLAY: StageTable = StageTable {
+pub(crate) const OVERLAY: StageTable = StageTable {
     name: "overlay",
     doc: "An item over the finished picture: `text`, a `sprite`, a `monitor`, or a line through `points` or \
           `points_world`. Later items are drawn over earlier ones.",

@@ -1,13 +1,14 @@
 //! The keys of lights, nodes and materials.
 
-use super::{StageTable, StageType, UV_SET, from, key, required};
+use super::declaration::{StageTable, StageType, UV_SET, from, key, required};
 use crate::light::RANGE_MIN_M;
+use crate::stage::words::{CONVENTIONS, ENCODINGS, METHODS};
 
 /// The words of `kind`.
 const KINDS: &[&str] = &["point", "spot", "directional"];
 
 /// Lights that are added or changed.
-pub(in crate::stage) const LIGHTS: StageTable = StageTable {
+pub(crate) const LIGHTS: StageTable = StageTable {
     name: "lights",
     doc: "A light. With a `kind` it is new; else every light of the model with that `name` is changed. Under a sky \
           lights of a stage and of its model are not in the unit of daylight.",
@@ -72,7 +73,7 @@ pub(in crate::stage) const LIGHTS: StageTable = StageTable {
 };
 
 /// Nodes that are changed.
-pub(in crate::stage) const NODES: StageTable = StageTable {
+pub(crate) const NODES: StageTable = StageTable {
     name: "nodes",
     doc: "Every node of the model with that name is changed.",
     keys: &[
@@ -88,7 +89,7 @@ pub(in crate::stage) const NODES: StageTable = StageTable {
 };
 
 /// Materials that are changed.
-pub(in crate::stage) const MATERIALS: StageTable = StageTable {
+pub(crate) const MATERIALS: StageTable = StageTable {
     name: "materials",
     doc: "Every material of the model with that name is changed.",
     keys: &[
@@ -96,7 +97,7 @@ pub(in crate::stage) const MATERIALS: StageTable = StageTable {
         key("cast_shadow", StageType::Boolean, "Whether their surfaces cast shadows."),
         key(
             "normal_convention",
-            StageType::Word(super::super::materials::CONVENTIONS),
+            StageType::Word(CONVENTIONS),
             "The direction of green in their normal maps, also detail normal maps: up, as in OpenGL and glTF, or \
              down, as in DirectX; opengl.",
         ),
@@ -114,7 +115,7 @@ pub(in crate::stage) const MATERIALS: StageTable = StageTable {
         ),
         key(
             "light_map_encoding",
-            StageType::Word(super::super::materials::ENCODINGS),
+            StageType::Word(ENCODINGS),
             "Whether its texels are linear or sRGB; linear, as those of .hdr and .exr always are.",
         ),
         key(
@@ -146,7 +147,7 @@ pub(in crate::stage) const MATERIALS: StageTable = StageTable {
         ),
         key(
             "height_method",
-            StageType::Word(super::super::heights::METHODS),
+            StageType::Word(METHODS),
             "The use of heights; occlusion. It is bump mapping (normals alone), parallax mapping (one shift of all \
              maps), steep parallax mapping, or parallax occlusion mapping with fine steps. Without `height_map` it \
              is for heights that the model brings.",

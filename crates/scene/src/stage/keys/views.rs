@@ -1,9 +1,10 @@
 //! The keys of captures: monitors, mirrors, portals, irradiance probes and reflection probes.
 
-use super::{SHARE, StageTable, StageType, UV_SET, from, key, required};
+use super::declaration::{SHARE, StageTable, StageType, UV_SET, from, key, required};
+use crate::stage::words::{QUALITIES, SLOTS, UPDATES};
 
 /// Monitors.
-pub(in crate::stage) const MONITORS: StageTable = StageTable {
+pub(crate) const MONITORS: StageTable = StageTable {
     name: "monitors",
     doc: "A monitor (render to texture): the view of a camera of the scene, on the screens of a material or as an item \
           of `[[overlay]]`.",
@@ -24,7 +25,7 @@ pub(in crate::stage) const MONITORS: StageTable = StageTable {
         key("material", StageType::Text, "The name of the materials that show it; * stands for any letters."),
         key(
             "slot",
-            StageType::Word(super::super::screens::SLOTS),
+            StageType::Word(SLOTS),
             "Whether the picture is the materials' emission, as on screens, or their base colour, which is lit; \
              emission.",
         ),
@@ -43,7 +44,7 @@ pub(in crate::stage) const MONITORS: StageTable = StageTable {
         ),
         key(
             "update",
-            StageType::Word(super::super::monitors::UPDATES),
+            StageType::Word(UPDATES),
             "Whether a live view redraws it in every frame that shows it, or draws it once. Stills and sequences \
              always redraw it; always.",
         ),
@@ -53,16 +54,12 @@ pub(in crate::stage) const MONITORS: StageTable = StageTable {
             "A live view redraws it in one of this many frames; 1.",
         ),
         key("layers", StageType::Layers, "The layers that it shows, by number (`layers` of `[[nodes]]`); all."),
-        key(
-            "quality",
-            StageType::Word(super::super::monitors::QUALITIES),
-            "The quality tier of its view; the settings of the picture.",
-        ),
+        key("quality", StageType::Word(QUALITIES), "The quality tier of its view; the settings of the picture."),
     ],
 };
 
 /// Flat mirrors.
-pub(in crate::stage) const MIRRORS: StageTable = StageTable {
+pub(crate) const MIRRORS: StageTable = StageTable {
     name: "mirrors",
     doc: "A flat mirror (planar reflection), which also reflects what the picture does not show: nodes of the model, \
           or a rectangle.",
@@ -90,16 +87,12 @@ pub(in crate::stage) const MIRRORS: StageTable = StageTable {
             "Width and height of its view, as a share of those of the picture; 1.",
         ),
         key("layers", StageType::Layers, "The layers that it shows, by number (`layers` of `[[nodes]]`); all."),
-        key(
-            "quality",
-            StageType::Word(super::super::monitors::QUALITIES),
-            "The quality tier of its view; the settings of the picture.",
-        ),
+        key("quality", StageType::Word(QUALITIES), "The quality tier of its view; the settings of the picture."),
     ],
 };
 
 /// Portals.
-pub(in crate::stage) const PORTALS: StageTable = StageTable {
+pub(crate) const PORTALS: StageTable = StageTable {
     name: "portals",
     doc: "A portal: two flat places that lead into each other. They are nodes of the model, whose own meshes are not \
           drawn then, or rectangles.",
@@ -136,16 +129,12 @@ pub(in crate::stage) const PORTALS: StageTable = StageTable {
             StageType::Layers,
             "The layers that are seen through it, by number (`layers` of `[[nodes]]`); all.",
         ),
-        key(
-            "quality",
-            StageType::Word(super::super::monitors::QUALITIES),
-            "The quality tier of its view; the settings of the picture.",
-        ),
+        key("quality", StageType::Word(QUALITIES), "The quality tier of its view; the settings of the picture."),
     ],
 };
 
 /// Grids of irradiance probes.
-pub(in crate::stage) const PROBES: StageTable = StageTable {
+pub(crate) const PROBES: StageTable = StageTable {
     name: "probes",
     doc: "A grid of irradiance probes: the diffuse light at points in a box. It lights surfaces without light maps, \
           and objects that move. `manypass bake --what probes` computes it; else frames do.",
@@ -190,7 +179,7 @@ pub(in crate::stage) const PROBES: StageTable = StageTable {
 };
 
 /// Reflection probes.
-pub(in crate::stage) const REFLECTION_PROBES: StageTable = StageTable {
+pub(crate) const REFLECTION_PROBES: StageTable = StageTable {
     name: "reflection_probes",
     doc: "A reflection probe: six pictures around a point. They replace the environment for the surfaces within a box, \
           such as a room or the surroundings of a glossy object.",
@@ -227,7 +216,7 @@ pub(in crate::stage) const REFLECTION_PROBES: StageTable = StageTable {
         ),
         key(
             "update",
-            StageType::Word(super::super::monitors::UPDATES),
+            StageType::Word(UPDATES),
             "Whether a live view redraws the pictures in every frame, or draws them once. Stills and sequences \
              always redraw them; always.",
         ),
@@ -236,10 +225,6 @@ pub(in crate::stage) const REFLECTION_PROBES: StageTable = StageTable {
             StageType::Number { min: 1.0, is_above: false, max: 1e6 },
             "A live view redraws the pictures in one of this many frames; 1.",
         ),
-        key(
-            "quality",
-            StageType::Word(super::super::monitors::QUALITIES),
-            "The quality tier of the pictures; the settings of the picture.",
-        ),
+        key("quality", StageType::Word(QUALITIES), "The quality tier of the pictures; the settings of the picture."),
     ],
 };

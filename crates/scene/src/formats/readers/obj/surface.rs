@@ -1,6 +1,6 @@
 //! The triangles of an OBJ's polygons, with normals where the file has none.
 
-use super::{Corner, Element, File, NONE, Part, check, elements, push_vertex};
+use super::file::{Corner, Element, File, NONE, SurfacePart, check, elements, push_vertex};
 use crate::formats::readers::parts::{Parts, by_material};
 use crate::formats::readers::polygon;
 use crate::formats::readers::smooth::{Smoothing, smooth, weld};
@@ -47,7 +47,7 @@ struct Triangles {
 /// The primitives of a part's polygons.
 pub(super) fn primitives(
     file: &File,
-    part: &Part,
+    part: &SurfacePart,
     materials: &[usize],
     parts: &mut Parts,
 ) -> Result<Vec<Primitive>, LoadError> {
@@ -83,7 +83,7 @@ pub(super) fn primitives(
 }
 
 /// The polygons of a part, which name nothing that the file does not have.
-fn polygons<'p>(file: &File, part: &'p Part) -> Result<Vec<Polygon<'p>>, LoadError> {
+fn polygons<'p>(file: &File, part: &'p SurfacePart) -> Result<Vec<Polygon<'p>>, LoadError> {
     let (mut polygons, mut first) = (Vec::new(), 0);
     for (element, corners) in elements(part).filter(|(element, _)| element.topology == Topology::Triangles) {
         check(file, corners, element.line)?;

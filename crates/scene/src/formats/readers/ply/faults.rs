@@ -1,5 +1,6 @@
 //! What is wrong with a PLY file, in words: the parser speaks of its grammar.
 
+use super::number::number;
 use crate::gltf_file::LoadError;
 use ply_rs_bw::parser::ParseError;
 use ply_rs_bw::ply::{ElementDef, PropertyType};
@@ -74,7 +75,7 @@ pub(super) fn negative_length(element: &ElementDef) -> String {
 /// What is wrong with the line of an element in a file of text.
 pub(super) fn of_line(text: &str, element: &ElementDef) -> String {
     let expected = expected(element);
-    match text.split_whitespace().find(|word| super::text::number(word.as_bytes()).is_none()) {
+    match text.split_whitespace().find(|word| number(word.as_bytes()).is_none()) {
         Some(word) => format!("\"{}\" is not a number; expected {expected}", shown(word)),
         None => format!("cannot read \"{text}\"; expected {expected}"),
     }

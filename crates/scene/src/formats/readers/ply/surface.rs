@@ -1,9 +1,9 @@
 //! How the triangles of a PLY look: colours of vertices or faces, and textures with coordinates of either.
 
+use super::contents::{Contents, Resolve, Triangles, VertexAttributes, WithNormals, is_placed};
 use super::elements::{Surface, Vertex};
-use super::{Contents, Has, Resolve, Triangles, WithNormals};
 use crate::formats::readers::image_files::{ImageFiles, texture};
-use crate::formats::readers::mtl::Named;
+use crate::formats::readers::mtl::NamedFile;
 use crate::formats::readers::parts::{Parts, by_material, linear, plain_material};
 use crate::{Material, Primitive, Sampler, TextureRef, TextureTransform};
 use glam::Vec4;
@@ -15,7 +15,7 @@ const MOST_TEXTURES: usize = 256;
 /// What a file has, by its header.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Surfaces {
-    of_vertices: Has,
+    of_vertices: VertexAttributes,
     /// Texture coordinates of the corners of faces, which come before those of vertices.
     has_wedges: bool,
     /// Faces that say which texture they have.
@@ -25,7 +25,7 @@ pub(super) struct Surfaces {
 }
 
 /// Adds a vertex but for its normal. What is no number is 0, or white.
-pub(super) fn set_attributes(primitive: &mut Primitive, vertex: &Vertex, has: Has) {
+pub(super) fn set_attributes(primitive: &mut Primitive, vertex: &Vertex, has: VertexAttributes) {
     primitive.positions.push(vertex.position);
     if has.colors {
         primitive.colors.push(light(vertex.color_srgb));
@@ -47,7 +47,7 @@ fn uv_down([u, v]: [f32; 2]) -> [f32; 2] {
 }
 
 impl Surfaces {
-    pub(super) fn of(header: &Header, of_vertices: Has) -> Self {
+    pub(super) fn of(header: &Header, of_vertices: VertexAttributes) -> Self {
         let has = |name| header.elements.get("face").is_some_and(|face| face.properties.contains_key(name));
         Self {
             of_vertices,
@@ -63,7 +63,7 @@ impl Surfaces {
     }
 
     /// A material for every texture; one without if there are none, or none that is looked up.
-    pub(super) fn materials(self, textures: &[Named], parts: &mut Parts, resolve: &mut Resolve) -> Vec<usize> {
+    pub(super) fn materials(self, textures: &[NamedFile], parts: &mut Parts, resolve: &mut Resolve) -> Vec<usize> {
         let has_uvs = self.has_wedges || self.of_vertices.uvs;
         let plain = plain_material(self.of_vertices.colors || self.has_face_colors);
         if let (Some(first), false) = (textures.first(), has_uvs) {
@@ -104,7 +104,7 @@ impl Surfaces {
         let vertex_of = |index: u32| {
             let vertex =
                 with_normals.source.get(index as usize).and_then(|vertex| contents.vertices.get(*vertex as usize));
-            vertex.filter(|vertex| super::is_placed(vertex)).copied()
+            vertex.filter(|vertex| is_placed(vertex)).copied()
         };
         let nowhere = Vertex::new();
         if !self.are_of_faces() {
@@ -134,7 +134,7 @@ impl Surfaces {
         let color =
             |corner: usize| surface(corner).filter(|_| self.has_face_colors).map(|(surface, _)| surface.color_srgb);
         let vertex = |corner: usize| with_normals.of_corner.get(corner).copied().unwrap_or_default();
-        let has = Has {
+        let has = VertexAttributes {
             normals: true,
             colors: self.of_vertices.colors || self.has_face_colors,
             uvs: self.of_vertices.uvs || self.has_wedges,

@@ -1,6 +1,7 @@
 //! The elements of a PLY file of text, one a line.
 
 use super::faults;
+use super::number::number;
 use crate::formats::readers::text::{at_line, words};
 use crate::gltf_file::LoadError;
 use ply_rs_bw::ply::{ElementDef, Property, PropertyAccess, PropertyAccessResult, PropertyType, ScalarType};
@@ -79,16 +80,6 @@ fn read_line<E: PropertyAccess>(line: &[u8], element: &ElementDef) -> Result<E, 
         }
     }
     Ok(found)
-}
-
-/// A number, which may be without end, or none: scanners write what they did not see so.
-pub(super) fn number(word: &[u8]) -> Option<f64> {
-    // As Microsoft's libraries print it: 1.#QNAN, -1.#IND, 1.#INF.
-    if word.contains(&b'#') {
-        let start = word.split(|byte| *byte == b'#').next()?;
-        return std::str::from_utf8(start).ok()?.parse::<f64>().ok().map(|_| f64::NAN);
-    }
-    std::str::from_utf8(word).ok()?.parse().ok()
 }
 
 fn scalar(kind: &ScalarType, value: f64) -> Property {

@@ -1,7 +1,11 @@
 //! Corners of a polygon in a tree, to find one in a triangle.
 
-use super::turn;
 use glam::DVec2;
+
+/// Twice the area of a triangle; below 0 where it turns clockwise.
+pub(super) fn turn(a: DVec2, b: DVec2, c: DVec2) -> f64 {
+    (b - a).perp_dot(c - a)
+}
 
 /// So many corners are looked at one by one.
 const LEAF_CORNERS: usize = 16;

@@ -5,7 +5,7 @@ use super::xml::{Item, Key, Model, Object, Property, TextureFile, Triangle};
 use crate::formats::readers::image_files::{ImageFiles, texture};
 use crate::formats::readers::parts::{Parts, by_material, linear, plain_material};
 use crate::formats::readers::smooth::{Smoothing, smooth, weld};
-use crate::gltf_file::{LoadError, Loaded};
+use crate::gltf_file::{LoadError, LoadedScene};
 use crate::{AlphaMode, Material, Node, NodeId, Primitive, Scene, TextureRef, TextureTransform};
 use glam::{DMat4, DVec4, Vec3, Vec4};
 use std::collections::{BTreeSet, HashMap};
@@ -23,15 +23,15 @@ const MOST_BASES: usize = 1000;
 type Materials = HashMap<(String, u32, u32), usize>;
 
 /// Objects and triangles that an object shows.
-type Shown = (u64, u64);
+type ShapeCounts = (u64, u64);
 
 /// Counts what an object shows, before anything is made of it.
 fn shown<'m>(
     models: &'m HashMap<String, Model>,
     key: &'m Key,
     level: usize,
-    known: &mut HashMap<&'m Key, Shown>,
-) -> Result<Shown, LoadError> {
+    known: &mut HashMap<&'m Key, ShapeCounts>,
+) -> Result<ShapeCounts, LoadError> {
     if let Some(known) = known.get(key) {
         return Ok(*known);
     }
@@ -44,7 +44,7 @@ fn shown<'m>(
         let message = format!("components lie within each other without end, object {id} of part \"{part}\" too");
         return Err(LoadError::malformed("", message));
     }
-    let mut sum: Shown = (1, object.triangles.len() as u64);
+    let mut sum: ShapeCounts = (1, object.triangles.len() as u64);
     for component in &object.components {
         let (nodes, triangles) = shown(models, &component.object, level + 1, known)?;
         sum = (sum.0.saturating_add(nodes), sum.1.saturating_add(triangles));
@@ -53,7 +53,11 @@ fn shown<'m>(
     Ok(sum)
 }
 
-pub(super) fn scene(models: &HashMap<String, Model>, root: &str, package: &mut Package) -> Result<Loaded, LoadError> {
+pub(super) fn scene(
+    models: &HashMap<String, Model>,
+    root: &str,
+    package: &mut Package,
+) -> Result<LoadedScene, LoadError> {
     let mut parts = Parts::default();
     let mut names: Vec<&String> = models.keys().collect();
     names.sort();

@@ -1,5 +1,6 @@
 //! The archive: its parts by name, with a limit to what they unpack to.
 
+use super::attribute::attribute;
 use crate::gltf_file::{LoadError, MAX_FILE_BYTES};
 use quick_xml::{Reader, events::Event};
 use std::io::{Cursor, Read};
@@ -67,7 +68,7 @@ fn model_target(text: &str) -> Option<String> {
     loop {
         match reader.read_event().ok()? {
             Event::Start(element) | Event::Empty(element) if element.local_name().as_ref() == "Relationship" => {
-                let get = |name| super::xml::attribute(&element, name);
+                let get = |name| attribute(&element, name);
                 if get("Type").is_some_and(|kind| kind.ends_with("/3dmodel")) {
                     return get("Target").map(|target| part_name(&target));
                 }

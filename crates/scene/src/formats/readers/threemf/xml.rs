@@ -1,5 +1,6 @@
 //! From XML to objects. Nothing here is followed yet: what a part names may not be there.
 
+use super::attribute::attribute;
 use super::package::{Package, part_name};
 use crate::formats::readers::parts::from_middle;
 use crate::formats::readers::text;
@@ -83,14 +84,6 @@ pub(super) struct Triangle {
 pub(super) struct Item {
     pub(super) object: Key,
     pub(super) parent_from_object: DMat4,
-}
-
-/// The value of an attribute by its name without prefix.
-pub(super) fn attribute(element: &BytesStart, name: &str) -> Option<String> {
-    let mut attributes = element.attributes();
-    let mut attributes = attributes.with_checks(false).flatten();
-    let found = attributes.find(|attribute| attribute.key.local_name().as_ref() == name)?;
-    quick_xml::escape::unescape(&found.value).ok().map(|value| value.into_owned())
 }
 
 /// Every part that is needed, by its name.

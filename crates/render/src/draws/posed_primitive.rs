@@ -14,22 +14,22 @@ use manypass_scene::{Node, NodeId, Topology};
 
 /// Where the joints and weights of a node are.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Deformed {
+pub(super) struct NodeDeformation {
     pub joints: Option<Joints>,
     pub first_weight: Option<u32>,
 }
 
 /// A primitive of a node with all that poses it.
-pub(super) struct Drawn<'d> {
+pub(super) struct PosedPrimitive<'d> {
     pub node: &'d Node,
     pub primitive: &'d GpuPrimitive,
     pub properties: &'d GpuMaterial,
-    pub deformed: Deformed,
+    pub deformed: NodeDeformation,
     pub reduced: &'d ReducedMaterials,
     pub layers_deform: bool,
 }
 
-impl Drawn<'_> {
+impl PosedPrimitive<'_> {
     pub fn is_deformed(&self) -> bool {
         self.deformed.joints.is_some() || self.deformed.first_weight.is_some()
     }

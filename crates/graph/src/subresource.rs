@@ -8,7 +8,7 @@ use crate::TextureDesc;
 
 /// Mips `mip..mip + mips` of layers `layer..layer + layers` of a texture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize)]
-pub struct Part {
+pub struct SubresourceRange {
     /// The first mip level.
     pub mip: u32,
     /// How many mip levels.
@@ -19,7 +19,7 @@ pub struct Part {
     pub layers: u32,
 }
 
-impl Part {
+impl SubresourceRange {
     /// All of a texture.
     pub(crate) fn whole(desc: &TextureDesc) -> Self {
         Self { mip: 0, mips: desc.mips, layer: 0, layers: desc.layers }

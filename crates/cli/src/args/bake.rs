@@ -1,6 +1,6 @@
 //! The command line of `bake`.
 
-use crate::args::EnvironmentArgs;
+use super::frame::EnvironmentArgs;
 use clap::Args;
 use clap::builder::PossibleValuesParser;
 use manypass_bake::{BakeSettings, Encoding, LayoutSettings};

@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 /// What lists are made of beside the lights.
 #[derive(Clone, Debug, PartialEq)]
-pub struct ListsOf {
+pub struct LightListInputs {
     /// The camera.
     pub view: View,
     /// What slices are fitted to.
@@ -38,8 +38,8 @@ pub struct ListsOf {
 
 /// Lists that were made, without the lists themselves, which lie on the device.
 #[derive(Clone, Debug)]
-pub struct KeptLists {
-    of: ListsOf,
+pub struct CachedLists {
+    of: LightListInputs,
     /// The lights.
     pub table: Arc<LightTable>,
     /// Shape of the grid.
@@ -56,9 +56,9 @@ pub struct KeptLists {
     pub decals: Arc<DecalTable>,
 }
 
-impl KeptLists {
+impl CachedLists {
     /// What is kept of `lists`.
-    pub fn new(table: Arc<LightTable>, of: ListsOf, lists: &ClusterLists, reaches: &LightReaches) -> Self {
+    pub fn new(table: Arc<LightTable>, of: LightListInputs, lists: &ClusterLists, reaches: &LightReaches) -> Self {
         let volume_draws = reaches.draws.clone();
         // The lists of objects lie behind those of clusters.
         let clusters = lists.uniform.size[..3].iter().product::<u32>() as usize;
@@ -77,7 +77,7 @@ impl KeptLists {
     }
 
     /// The same for `table`, if the lists of its lights are these.
-    pub fn with(self, table: &Arc<LightTable>, of: &ListsOf) -> Option<Self> {
+    pub fn with(self, table: &Arc<LightTable>, of: &LightListInputs) -> Option<Self> {
         let is_same = self.of == *of && (Arc::ptr_eq(&self.table, table) || self.table.has_lists_of(table));
         is_same.then(|| Self { table: table.clone(), ..self })
     }

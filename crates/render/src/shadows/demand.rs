@@ -37,7 +37,7 @@ pub struct Viewer<'v> {
 }
 
 /// A light with the tiles that it wants.
-pub(super) struct Wanting {
+pub(super) struct TileDemand {
     pub key: LightKey,
     pub is_directional: bool,
     pub aims: Vec<Aim>,
@@ -50,7 +50,7 @@ pub(super) struct Wanting {
     pub has_casters: Vec<bool>,
 }
 
-impl Wanting {
+impl TileDemand {
     /// How many tiles it wants: those that anything casts a shadow into.
     pub fn tile_count(&self) -> u64 {
         self.has_casters.iter().filter(|has| **has).count() as u64
@@ -242,15 +242,15 @@ fn sides_of(
 
 impl Shadows {
     /// The lights that want tiles.
-    pub(super) fn wanting(
+    pub(super) fn demands(
         &mut self,
         casters: &Casters<'_>,
         world: &WorldDraws,
         views: &[(Viewer<'_>, &LightTable)],
         settings: &ShadowSettings,
         dealing: Dealing,
-    ) -> Vec<Wanting> {
-        let mut wanting: BTreeMap<LightKey, Wanting> = BTreeMap::new();
+    ) -> Vec<TileDemand> {
+        let mut demands: BTreeMap<LightKey, TileDemand> = BTreeMap::new();
         let mut everywhere = None;
         let is_lamp = |light: &&TableLight| light.casts_shadows && light.kind != LightKind::Directional;
         let lamps = views.iter().map(|(_, table)| table.lights.iter().filter(is_lamp).count()).max().unwrap_or(0);
@@ -260,7 +260,7 @@ impl Shadows {
                 let sides = sides_of(light, viewer, settings, self.side_max);
                 let Some((side, with_room)) = sides else { continue };
                 let key = LightKey::of(viewer, light);
-                match wanting.entry(key) {
+                match demands.entry(key) {
                     Entry::Occupied(mut known) => {
                         let known = known.get_mut();
                         known.side = known.side.max(side);
@@ -290,22 +290,22 @@ impl Shadows {
                             casters.in_tile(&of_light.items, &projection).next().is_some()
                         };
                         let has_casters = aims.iter().map(shows).collect();
-                        place.insert(Wanting { key, is_directional, aims, side, with_room, of_light, has_casters });
+                        place.insert(TileDemand { key, is_directional, aims, side, with_room, of_light, has_casters });
                     }
                 }
             }
         }
-        let mut wanting: Vec<Wanting> = wanting.into_values().collect();
+        let mut demands: Vec<TileDemand> = demands.into_values().collect();
         let need = Need {
-            texels: wanting.iter().map(|light| light.texels(light.with_room.side)).sum(),
-            texels_with_margin: wanting.iter().map(|light| light.texels(light.with_room.side_with_margin)).sum(),
+            texels: demands.iter().map(|light| light.texels(light.with_room.side)).sum(),
+            texels_with_margin: demands.iter().map(|light| light.texels(light.with_room.side_with_margin)).sum(),
         };
         // Stills depend on no frame before. What is around places needs little, and says nothing of the picture's needs.
         let is_live = dealing.goes_on && views.iter().any(|(viewer, _)| !viewer.is_around);
         if self.room.grants(need, u64::from(self.side_max).pow(2), is_live) {
-            wanting.iter_mut().for_each(|light| light.side = light.with_room.side);
+            demands.iter_mut().for_each(|light| light.side = light.with_room.side);
         }
-        wanting
+        demands
     }
 }
 

@@ -1,6 +1,6 @@
 //! The command line of `diff`.
 
-use crate::args::{CacheArgs, FrameArgs};
+use super::frame::{CacheArgs, FrameArgs};
 use clap::{Args, Parser};
 use manypass_flip::{PIXELS_PER_DEGREE, PIXELS_PER_DEGREE_RANGE};
 use std::path::PathBuf;
