@@ -398,7 +398,7 @@ fn sharpening_makes_no_halos() {
 
 #[test]
 fn built_in_effects_are_named_wherever_they_are_listed() {
-    let help = include_str!("../../cli/src/args.rs");
+    let help = include_str!("../../cli/src/args/frame.rs");
     let page = include_str!("../../web/module/manypass_settings.d.ts");
     let docs = include_str!("../../../docs/effects.md");
     let help = help.split("Built in are ").nth(1).and_then(|rest| rest.split(';').next()).unwrap();

@@ -44,7 +44,7 @@ fn wrong_monitors_are_told_with_their_place() {
     };
     for (text, expected) in [
         (monitor(""), "2:1: error: a monitor needs `camera`, a camera of the model, or `position` and `target`"),
-        (monitor("target = [0, 2, 0]\n"), "5:10: error: `position` and `target` are one place"),
+        (monitor("target = [0, 2, 0]\n"), "5:10: error: `position` and `target` are the same point"),
         (monitor("camera = \"Top\"\n"), "4:12: error: `camera` says from where already; leave out `position`"),
         (monitor("target = [0, 0, 0]\nsize_px = [0, 10]\n"), "6:11: error: `size_px` is a width and a height"),
         (monitor("target = [0, 0, 0]\nsize_px = [-3, 10]\n"), "6:11: error: `size_px` is a width and a height"),
