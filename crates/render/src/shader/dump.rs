@@ -3,7 +3,8 @@
 
 use super::program::ProgramError;
 
-/// The variable that names the folder. Without it, or where it is empty, nothing is written; so it is in browsers.
+/// The variable that names the folder. Without it, or where it is empty, nothing is written.
+#[cfg(not(target_arch = "wasm32"))]
 const FOLDER: &str = "MANYPASS_SHADER_DUMP";
 
 /// Writes the text of a program with these axes on if the environment names a folder: `geometry.textures.wgsl`.
