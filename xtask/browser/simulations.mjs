@@ -2,8 +2,8 @@
 import { open, test } from "./harness.mjs";
 import { model } from "./stages.mjs";
 
-/** No task of the page takes longer while simulations are stepped. */
-const TASK_MS_MAX = 200;
+/** No task of the page takes longer while simulations are stepped: 120 ms alone, 300 ms beside another browser. */
+const TASK_MS_MAX = 500;
 
 /** Whole numbers that mix from step to step, so that a step more or less is another picture. */
 const MIXED = `//! simulation mixed
