@@ -168,7 +168,7 @@ pub enum LayerMap {
     Iridescence,
     /// Green of [`Iridescence::thickness_texture`].
     IridescenceThickness,
-    /// Red of [`Material::transmission`].
+    /// Red of [`crate::Material::transmission`].
     Transmission,
     /// Green of [`Volume::thickness`].
     Thickness,
