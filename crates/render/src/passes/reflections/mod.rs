@@ -7,6 +7,8 @@
 //! `reflections.smooth` follows those of each pixel of flat smooth surfaces, and `reflections.sharpen` puts both
 //! together. `reflections.compose` puts what was found in the place of the environment's specular light, of the same
 //! surface and with the same shares; surfaces that are shaded where they are drawn do that themselves.
+//! `reflections.cells` and `reflections.tiles` find the tiles in which rays brought anything; `reflections.filter`,
+//! `reflections.sharpen` and `reflections.compose` draw within these alone.
 //! Reads: G-buffer, linear_depth, occlusion, radiance. Writes: radiance.
 
 mod cache;
